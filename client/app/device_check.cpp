@@ -40,7 +40,7 @@ std::unique_ptr<Device> open_named(const AppOptions& options, const std::string&
   return device;
 }
 
-/// Reads standard input until a line is there; empty at its end, or when `stop` is set or the device is not ok any more.
+/// Reads standard input until a line arrives; empty at its end, or when `stop` is set or the device is not ok any more.
 std::string answer(const DeviceCheck& check, const std::atomic<bool>& stop) {
   std::string line;
   while (!stop && check.running()) {
@@ -66,7 +66,7 @@ void watch(DeviceCheck& check, Micros duration, const std::atomic<bool>& stop) {
   }
 }
 
-/// False when an axis pushed the wrong way.
+/// Returns false when an axis pushed in the wrong direction.
 bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
   tell(fmt::format(
       "force test: it will push {:.2f} N to the right, then away from you, then up, for a second each. Hold it lightly in "

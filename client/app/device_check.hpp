@@ -1,4 +1,4 @@
-// What palpate-client says of devices without a server.
+// The parts of palpate-client that look at devices without a server.
 #pragma once
 
 #include <atomic>
@@ -7,11 +7,11 @@
 
 namespace palpate {
 
-/// --list-devices: 0 when a device that can be used was found, else 1.
+/// --list-devices: returns 0 when it finds a usable device, else 1.
 int list_devices();
 
-/// --check-device: 0 when it serves, else 1. The force test is asked for on standard input. Throws InputError for a name that is
-/// none and a device that does not open.
+/// --check-device: returns 0 when the device works, else 1. Prompts for the force test on standard input. Throws InputError for
+/// an unknown name and for a device that does not open.
 int check_device(const AppOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace palpate

@@ -26,13 +26,13 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kVersionMost{3'000'000};     ///< for so long a server may seem to speak another version
-constexpr Micros kSilence{1'000'000};         ///< without an answer for so long, the server is said not to be there
-constexpr Micros kSettle{300'000};            ///< after joining, for the clocks to lock before the hand moves
+constexpr Micros kVersionMost{3'000'000};     ///< time for which a server may seem to speak another version
+constexpr Micros kSilence{1'000'000};         ///< without an answer for this long, the server is reported missing
+constexpr Micros kSettle{300'000};            ///< after joining, time for the clocks to lock before the hand moves
 constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
-constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion to its start
-constexpr double kReportedMaxS = 600;         ///< of a run without an end, or of a hand that holds still after its motion
-constexpr std::size_t kRingTicks = 4096;      ///< that may wait between two polls
+constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion until it starts
+constexpr double kReportedMaxS = 600;         ///< for a run without an end, or a hand that holds still after its motion
+constexpr std::size_t kRingTicks = 4096;      ///< ticks that may wait between two polls
 constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
 
 class Run {
@@ -45,12 +45,12 @@ class Run {
     }
     if (options.held) {
       hardware_ = open_hardware(options.device_name, realtime_setup(options.realtime));
-      limits_of(hardware_->caps(), options.passivity);  // refused before anybody is asked to let us in
+      limits_of(hardware_->caps(), options.passivity);  // refused before joining
     }
     stations_.push_back(std::make_unique<ClientStation>(options, options.scheme, "", std::move(watch)));
   }
 
-  /// The program's exit code.
+  /// Runs the hand and returns the program's exit code.
   int go() {
     say(fmt::format("joining {} as {} ({})", options_.server, options_.station, name_of(options_.scheme)));
     const bool joined = join();
@@ -69,14 +69,14 @@ class Run {
     if (never_there) complain(fmt::format("{}: {}", options_.server, refused ? "never let in" : "no answer"));
     return never_there || refused_for_good_ || failed_ ? 1 : 0;
   }
-  /// After go(): the device hangs in a call, and destroying this would wait for it.
+  /// After go(): true when the device hangs in a call, in which case destroying this object would wait for it.
   bool stuck() const { return loop_ && loop_->stuck(); }
 
  private:
   ClientStation& felt() { return *stations_.front(); }
   bool over() const { return stop_ || (options_.duration_s && monotonic_now() - began_ >= from_seconds(*options_.duration_s)); }
 
-  /// Polls until `done` says so; false when the run is over first.
+  /// Polls until `done` returns true; false when the run is over first.
   bool wait(const std::function<bool()>& done) {
     while (!done()) {
       if (over() || refused_for_good_ || failed_) return false;
@@ -86,7 +86,7 @@ class Run {
     return true;
   }
 
-  /// Moves the ticks on to where they are kept, and lets the recording go on.
+  /// Stores the ticks and continues the recording.
   void look_around() {
     look_at_device();
     if (const std::string fault = felt().status().fault; !fault.empty() && !std::exchange(failed_, true))
@@ -158,7 +158,7 @@ class Run {
     loop_->stop();
   }
 
-  /// The device, as the scene sees it.
+  /// Returns the device as seen from the scene.
   Device& felt_device() { return mapped_ ? static_cast<Device&>(*mapped_) : *device_; }
 
   void map(Device& device, const Welcome& welcome) {
@@ -166,7 +166,7 @@ class Run {
     mapped_ = std::make_unique<MappedDevice>(device, *options_.workspace, spot, options_.workspace_place);
   }
 
-  /// The device that a hand holds, once it is ready. False when the run is over first.
+  /// Opens the device that a hand holds and waits until it is ready. Returns false when the run is over first.
   bool take_up(const Welcome& welcome) {
     constexpr Micros kEver = Micros::max();
     say(fmt::format("device {}: {}", options_.device_name, hardware_->caps().model));
@@ -179,7 +179,7 @@ class Run {
     return true;
   }
 
-  /// Without a motion the hand holds still at the scene's home.
+  /// Returns the intended motion. Without one the hand holds still at the scene's home.
   Motion intention(const Welcome& welcome) const {
     if (options_.motion) return *options_.motion;
     const bool mapped = options_.workspace.has_value();
@@ -219,7 +219,7 @@ class Run {
     return static_cast<std::size_t>(length_s * kHapticRateHz);
   }
 
-  /// The device rests at the start of its motion until the clocks are locked and, for attach, the displays have a patch.
+  /// Holds the device at the start of its motion until the clocks are locked and, for attach, the displays have a patch.
   bool wait_until_felt(const Welcome& welcome) {
     const Micros joined = monotonic_now();
     const auto displays = static_cast<int>(stations_.size());
@@ -265,7 +265,7 @@ class Run {
     });
   }
 
-  /// A hand that another server gave another name no longer owns the tool that its comparisons share.
+  /// Ends comparisons that lost their tool: a hand that got another name from a restarted server no longer owns it.
   void keep_comparing() {
     const std::string name = felt().status().welcome.station;
     if (name == name_) return;
@@ -274,7 +274,7 @@ class Run {
     for (std::size_t i = 1; i < stations_.size(); ++i) stations_[i]->stop();
   }
 
-  /// Once per station and reason.
+  /// Reports each reason once per station.
   void say_refusals() {
     refusal_said_.resize(stations_.size());
     for (std::size_t i = 0; i < stations_.size(); ++i) {
@@ -289,7 +289,8 @@ class Run {
     say_other_version();
   }
 
-  /// What says so proves nothing, and anybody can say it once: it counts when nothing else comes for kVersionMost.
+  /// Reports a server of another version. Such a message is not authenticated, so it counts only when no other arrives for
+  /// kVersionMost.
   void say_other_version() {
     const ClientStatus status = felt().status();
     const Micros now = monotonic_now();
@@ -306,7 +307,7 @@ class Run {
     return std::string(name_of(asked ? asked : station.core().schemes_felt().mostly()));
   }
 
-  /// First, and at each change.
+  /// Reports the scheme at first and at each change.
   void say_scheme(const SchemeInUse& now) {
     if (options_.scheme || now.reason <= SchemeReason::not_known_yet) return;
     const bool known = scheme_said_.reason > SchemeReason::not_known_yet;
@@ -335,13 +336,13 @@ class Run {
 
   const AppOptions& options_;
   const std::atomic<bool>& stop_;
-  std::string name_;  ///< of the felt station, as the server knows it
+  std::string name_;  ///< name of the felt station at the server
   Micros began_, motion_start_ = Micros::max();
   std::unique_ptr<SessionRecording> recording_;
   std::unique_ptr<TickLog> log_;
   std::vector<DisplayRecord> row_;
   std::vector<std::unique_ptr<ClientStation>> stations_;
-  std::unique_ptr<Device> hardware_;      ///< that a hand holds, or
+  std::unique_ptr<Device> hardware_;      ///< a device that a hand holds, or
   std::unique_ptr<MotionDevice> device_;  ///< a simulated one
   std::unique_ptr<MappedDevice> mapped_;
   std::unique_ptr<HapticLoop> loop_;

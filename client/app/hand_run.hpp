@@ -1,4 +1,4 @@
-// One hand of palpate-client: join, wait until the body can be felt, let the hand move, end safely, report.
+// One hand of palpate-client: joins, waits until the body can be felt, lets the hand move, ends safely and reports.
 #pragma once
 
 #include <atomic>
@@ -7,16 +7,16 @@
 
 namespace palpate {
 
-/// How often what waits looks again.
+/// Polling interval of everything that waits.
 inline constexpr Micros kPoll{20'000};
 
 struct HandEnd {
-  int code = 0;  ///< the exit code that it asks for
-  /// Its device does not come back from a call, and no thread can be made to: nothing of it may be waited for.
+  int code = 0;  ///< exit code of the program as far as this hand decides it
+  /// True when the device does not return from a call and no thread can be made to: no part of it may be waited for.
   bool device_stuck = false;
 };
 
-/// Ends early, and well, once `stop` is set. Throws InputError when a report cannot be written.
+/// Runs one hand. Ends early, but normally, once `stop` is set. Throws InputError when a report cannot be written.
 HandEnd run_hand(const AppOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace palpate

@@ -1,6 +1,5 @@
-// What a client says, a line at a time, to whoever reads its output: that reader may stall or go, and no hand waits for it
-// (common/io/line_writer.hpp). Where nobody reads any more (a pipe, a terminal that is gone) nothing is said, and no more comes
-// of it.
+// Output of a client, a line at a time. The reader may stall or disappear, and no hand waits for it (common/io/line_writer.hpp).
+// When nobody reads any more (a closed pipe or terminal) the lines are dropped without further effect.
 #pragma once
 
 #include <string>
@@ -9,11 +8,11 @@
 
 namespace palpate {
 
-/// Of several hands, each on a thread of its own: whose lines those of this thread are, at the beginning of each.
+/// Begins each line of the calling thread with the name of its hand. For programs with several hands, each on its own thread.
 void speak_as(const std::string& hand);
-/// To the standard output.
+/// Writes to the standard output.
 void say(const std::string& lines);
-/// To the standard error, after the program's name.
+/// Writes to the standard error, after the program's name.
 void complain(const std::string& lines);
 
 std::string describe(const DeviceNote& note);

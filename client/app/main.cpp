@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
                "palpate-client"};
   return palpate::run_program(app, [&] {
     const std::vector<palpate::AppOptions> hands = palpate::parse_options(app, argc, argv);
-    palpate::end_by_signals(stop_asked);  // until here nothing is to be ended in order, and a pipe may keep what it has to itself
+    palpate::end_by_signals(stop_asked);  // until here nothing needs an orderly end, and help may be written to a closed pipe
     const palpate::AppOptions& first = hands.front();
     if (first.list_devices) return palpate::list_devices();
     if (first.check_device) return palpate::check_device(first, stop_asked);

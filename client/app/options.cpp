@@ -20,13 +20,13 @@ namespace {
 
 constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0, kMostCouplingNM = 1e6, kMostCouplingNSM = 1e3;
 
-/// What each hand has of its own: typed once it counts for all of them, or once for each --device, in their order.
+/// Flags of each hand: given once for all hands, or once for each --device, in order.
 struct TypedOfHands {
   std::vector<std::string> devices{"sim"}, motions, stations{"hand"}, hands{"reference"};
   std::vector<double> scales;
 };
 
-/// Flags as they were typed, of one hand.
+/// Flags of one hand, as typed.
 struct Typed {
   std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
                       compare, passivity = "auto", report, record, realtime = "auto", key, token;
@@ -122,7 +122,7 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
   app.add_option("--duration-s", typed.duration_s,
                  "end after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
       ->check(number_from(kLeastS, kMostS));
-  // Of what works without a server.
+  // for modes that work without a server
   const auto alone = [server](const std::string&) { server->required(false); };
   app.add_flag(
          "--list-devices", typed.list_devices,
@@ -159,7 +159,7 @@ Value choose(const char* flag, const std::string& typed, std::initializer_list<s
 DeviceKind device_of(const std::string& typed) {
   if (typed == "sim") return DeviceKind::sim;
   if (typed == "replay") return DeviceKind::replay;
-  if (is_hardware(typed)) return DeviceKind::sim;  // not asked for
+  if (is_hardware(typed)) return DeviceKind::sim;  // not used
   throw InputError("--device", "'" + typed + "' is not a device", fmt::format("sim|replay|{}", kHardwareKinds));
 }
 
@@ -170,7 +170,7 @@ PassivityMode passivity_of(const std::string& typed, DeviceKind device) {
       {{"auto", usual}, {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}});
 }
 
-/// `expected`: what may be typed beside the names of schemes.
+/// `expected`: values other than scheme names that the flag accepts.
 Scheme scheme_of(const char* flag, const std::string& typed, std::string expected = "") {
   const std::optional<Scheme> scheme = scheme_from_name(typed);
   if (scheme && is_available(*scheme)) return *scheme;
@@ -231,14 +231,14 @@ CouplingParameters coupling_of(const Typed& typed) {
   return {typed.coupling_n_m, typed.coupling_n_s_m, 0};
 }
 
-/// An empty value is what an unset shell variable leaves.
+/// Refuses empty values, the result of an unset shell variable.
 void refuse_empty(const CLI::App& app, std::initializer_list<std::pair<const char*, const std::string*>> flags) {
   for (const auto& [flag, typed] : flags)
     if (app.count(flag) > 0 && typed->empty()) throw InputError(flag, "is empty", "a value, or no such flag");
 }
 
 void add_workspace(const Typed& typed, AppOptions& options) {
-  if (options.held || typed.scale) options.workspace.emplace();  // the others read in the scene's own frame
+  if (options.held || typed.scale) options.workspace.emplace();  // all others read in the scene's own frame
   options.workspace_place = "--device " + typed.device;
   if (!typed.workspace.empty()) {
     options.workspace_place = typed.workspace;
@@ -304,7 +304,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   return options;
 }
 
-/// What was typed for hand k of n, of a flag that counts for all hands or for each one.
+/// Returns the value for hand k of n of a flag that counts for all hands or for each one.
 template <class Value>
 std::optional<Value> typed_for(const char* flag, const std::vector<Value>& values, std::size_t k, std::size_t n) {
   if (values.empty()) return std::nullopt;
@@ -314,7 +314,7 @@ std::optional<Value> typed_for(const char* flag, const std::vector<Value>& value
   return values[values.size() == 1 ? 0 : k];
 }
 
-/// Hand k of n: names, reports and recordings are kept apart.
+/// Returns the flags of hand k of n, with distinct names, reports and recordings.
 Typed hand_of(const Typed& all, const TypedOfHands& each, std::size_t k) {
   const std::size_t n = each.devices.size();
   Typed typed = all;

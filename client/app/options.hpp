@@ -1,4 +1,4 @@
-// What palpate-client was asked to do, checked.
+// The checked command line of palpate-client.
 #pragma once
 
 #include <cstdint>
@@ -21,40 +21,40 @@ class App;
 
 namespace palpate {
 
-/// Of one hand.
+/// The options of one hand.
 struct AppOptions {
   std::string server;              ///< HOST:PORT
-  std::optional<ClientKeys> keys;  ///< none: of a server that has none either
+  std::optional<ClientKeys> keys;  ///< none: the server has no keys either
   DeviceKind device = DeviceKind::sim;
-  std::string device_name = "sim";            ///< as it was typed
-  bool held = false;                          ///< by a hand: hardware of that name (open_device.hpp), and no `device`
-  std::optional<WorkspaceMapping> workspace;  ///< none: the device's readings are the scene's
-  std::string workspace_place;                ///< where that was said, for errors
+  std::string device_name = "sim";  ///< device name as typed
+  bool held = false;  ///< true: a hand holds it, i.e. hardware of that name (open_device.hpp), and `device` does not apply
+  std::optional<WorkspaceMapping> workspace;  ///< none: the device's readings are scene coordinates
+  std::string workspace_place;                ///< origin of that setting, for error messages
   std::optional<Motion> motion;               ///< none: hold still at the server's home position
-  std::filesystem::path motion_file;          ///< that it was read from
+  std::filesystem::path motion_file;          ///< file that `motion` was read from
   std::string station = "hand";
-  bool station_given = false;  ///< otherwise a name like it will do
+  bool station_given = false;  ///< false: the server may assign a similar name
   std::string room;            ///< empty: the server's first
-  SchemeAsked scheme;          ///< nothing: the server chooses
+  SchemeAsked scheme;          ///< empty: the server chooses
   std::uint16_t order = 0;     ///< 0 = the server's default
   Hand hand;
   std::uint64_t seed = 1;
-  std::optional<double> release_s;  ///< motion time at which the hand lets go
+  std::optional<double> release_s;  ///< motion time at which the hand releases the device
   std::vector<Scheme> compare;
   PassivityMode passivity = PassivityMode::on;
-  CouplingParameters coupling;   ///< no stiffness: none
+  CouplingParameters coupling;   ///< no stiffness: no coupling
   std::filesystem::path report;  ///< empty: none
   std::filesystem::path record;  ///< empty: none
   std::optional<double> duration_s;
   bool realtime = true;
-  bool list_devices = false;                ///< say what is plugged in, feel nothing
-  std::optional<std::string> check_device;  ///< of this name: try it without a server
-  bool check_link = false;                  ///< measure the link and the machine, feel nothing
-  bool reset = false;                       ///< have the body put back to rest, feel nothing
+  bool list_devices = false;                ///< only list what is plugged in
+  std::optional<std::string> check_device;  ///< name of a device to test without a server
+  bool check_link = false;                  ///< only measure the link and the machine
+  bool reset = false;                       ///< only reset the body to rest
 };
 
-/// One for each --device, named apart. Reads the line by `app`, to which it adds the flags. Throws InputError for bad usage and
-/// bad files, and what CLI11 throws.
+/// Returns the options of each --device, with distinct names. Parses the command line by `app`, to which it adds the flags.
+/// Throws InputError for bad usage and bad files, and whatever CLI11 throws.
 std::vector<AppOptions> parse_options(CLI::App& app, int argc, char** argv);
 
 }  // namespace palpate

@@ -1,18 +1,18 @@
-// Ctrl-Z (SIGTSTP): the program stops when no hand of it has a force any more, and each force fades in when it goes on.
+// Ctrl-Z (SIGTSTP): the program stops once none of its hands has a force any more; each force fades in when it continues.
 #pragma once
 
 #include "client/io/haptic_loop.hpp"
 
 namespace palpate {
 
-/// From now on SIGTSTP asks for a pause. `hands`: of the program, all of which call pause() when it is asked for.
+/// Makes SIGTSTP ask for a pause from now on. `hands`: number of hands in the program; each calls pause() when asked.
 void begin_pauses(int hands);
-/// One of them will not call pause() any more.
+/// Reports that one of the hands will not call pause() any more.
 void hand_ended();
 
 bool pause_asked();
-/// Takes the force of `loop` away, which may be none, and comes back when the program goes on. The last of several hands stops
-/// it, or one that has waited 0.2 s for the others.
+/// Takes the force of `loop` away (which may be null) and returns when the program continues. The last of several hands stops the
+/// program, or one that has waited 0.2 s for the others.
 void pause(HapticLoop* loop);
 
 }  // namespace palpate

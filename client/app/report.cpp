@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Whole or not at all.
+/// Writes the file completely or not at all.
 void write(const std::filesystem::path& file, const std::string& text) {
   std::filesystem::path part = file;
   part += ".part";
@@ -68,7 +68,7 @@ Json link_json(const ClientCore& core) {
           {"server_behind_ms_max", milliseconds(core.server_pace().behind_max)}};
 }
 
-/// Of the patches, by the name of their scheme: those that there were.
+/// Returns the shares of the patches by the name of their scheme, without zeros.
 std::vector<std::pair<std::string_view, double>> scheme_shares(const ClientCore& core) {
   std::vector<std::pair<std::string_view, double>> shares;
   const auto& patches = core.schemes_felt().patches;
@@ -78,7 +78,7 @@ std::vector<std::pair<std::string_view, double>> scheme_shares(const ClientCore&
   return shares;
 }
 
-/// What was felt of what was asked for.
+/// Adds the requested scheme and those felt.
 void add_schemes(const DisplayReport& felt, Json& json) {
   json["scheme_asked"] = name_of(felt.asked);
   json["scheme_reason"] = describe(felt.core->in_use());
@@ -87,7 +87,7 @@ void add_schemes(const DisplayReport& felt, Json& json) {
   for (const auto& [name, share] : scheme_shares(*felt.core)) json["scheme_shares"][std::string(name)] = share;
 }
 
-/// One line.
+/// Returns one line.
 std::string schemes_line(const ClientCore& core) {
   std::string text;
   for (const auto& [name, share] : scheme_shares(core))

@@ -1,5 +1,5 @@
-// What palpate-client does, once its command line is understood. Several hands of one person run side by side, each a station of
-// its own with its own threads, report and recording (hand_run.hpp).
+// The tasks of palpate-client after its command line has been parsed. Several hands of one person run in parallel, each as a
+// station of its own with its own threads, report and recording (hand_run.hpp).
 #pragma once
 
 #include <atomic>
@@ -9,14 +9,14 @@
 
 namespace palpate {
 
-/// --check-link: figures, then the verdict in words; 0 when link and machine serve, else 1.
+/// --check-link: prints figures, then the verdict in words; returns 0 when link and machine are good enough, else 1.
 int check_link(const AppOptions& options, const std::atomic<bool>& stop);
 
-/// --reset: 0 when the body was put back to rest, else 1.
+/// --reset: returns 0 when the body was put back to rest, else 1.
 int reset_body(const AppOptions& options, const std::atomic<bool>& stop);
 
-/// The program's exit code, of several hands the worst. Ends early, and well, once `stop` is set; a hand that fails ends the
-/// others so. Throws InputError when a report cannot be written.
+/// Runs all hands and returns the program's exit code, the worst of theirs. Ends early, but normally, once `stop` is set; a hand
+/// that fails ends the others in the same way. Throws InputError when a report cannot be written.
 int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop);
 
 }  // namespace palpate

@@ -12,11 +12,11 @@ namespace palpate {
 
 class ClientStation {
  public:
-  /// `shadow_of` is empty for the felt display. Throws InputError when the server's name is not HOST:PORT or does not resolve.
+  /// `shadow_of`: empty for the felt display. Throws InputError when the server's name is not HOST:PORT or does not resolve.
   ClientStation(const AppOptions& options, SchemeAsked scheme, const std::string& shadow_of, UdpClient::Watch watch = {});
 
   void start() { udp_.start(); }
-  /// Says goodbye and ends the thread; from then on core() may be read.
+  /// Says goodbye and ends the thread; afterwards core() may be read.
   void stop() { udp_.stop(); }
   ClientStatus status() const { return udp_.status(); }
 

@@ -10,7 +10,7 @@ namespace palpate {
 
 class TickLog {
  public:
-  /// Room for `ticks` ticks of `displays` displays.
+  /// Reserves room for `ticks` ticks of `displays` displays.
   TickLog(std::size_t ticks, std::size_t displays) : ticks_max_(ticks), width_(displays) {
     ticks_.reserve(ticks);
     displays_.reserve(ticks * displays);
@@ -24,7 +24,7 @@ class TickLog {
 
   std::size_t size() const { return ticks_.size(); }
   std::size_t missed() const { return missed_; }
-  /// Time since the start of the motion.
+  /// Returns a tick, with its time since the start of the motion.
   const TickRecord& tick(std::size_t row) const { return ticks_[row]; }
   std::span<const DisplayRecord> row(std::size_t row) const { return {displays_.data() + row * width_, width_}; }
 

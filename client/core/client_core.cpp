@@ -62,7 +62,7 @@ void ClientCore::leave(Micros) {
   hello_due_ = send_due_ = beat_due_ = false;
 }
 
-/// What the haptic thread did since the last time; the intake catches up patches with it.
+/// Collects the samples of the haptic thread since the last call; the intake replays patches over them.
 void ClientCore::drain() {
   ToolSample sample;
   while (sample_ring_.pop(sample)) {
@@ -76,7 +76,7 @@ void ClientCore::drain() {
   }
   drain_hold();
   while (recent_.size() > kKept) recent_.pop_front();
-  // Before joining, what was done is past; the server starts with the newest.
+  // Samples from before the join are obsolete; the server starts with the newest.
   const std::size_t most = link_ == LinkState::joined ? recent_.size() : static_cast<std::size_t>(kMaxSamplesPerDatagram);
   unsent_ = std::min({unsent_, most, recent_.size()});
 }
@@ -116,7 +116,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
 }
 
-/// Where the server's clock steps ahead of ours, ours may have stood.
+/// Processes clock stamps. Where the server's clock steps ahead of ours, ours may have stood still.
 void ClientCore::take_clock(const ClockStamps& stamps, Micros now) {
   const bool known = clock_.locked();
   const Micros before = clock_.offset();
@@ -132,7 +132,7 @@ void ClientCore::take_fault(WireFault fault) {
   refusal_ = {RefuseReason::version, "the server speaks another wire version than " + std::to_string(kWireVersion)};
 }
 
-/// Our server has said something.
+/// Notes that our server was heard.
 void ClientCore::hear(Micros now) {
   heard_ = now;
   unproven_before_ = counts_.unproven;
@@ -159,7 +159,7 @@ bool ClientCore::is_ours(const Message& message) const {
 
 void ClientCore::take_welcome(const Message& message, Micros now) {
   if (link_ == LinkState::joined) {
-    // The answer to a Hello that was repeated meanwhile, or one from another life of the server.
+    // A second answer to a repeated Hello, or one from an earlier run of the server.
     if (is_ours(message))
       hear(now);
     else
@@ -182,7 +182,7 @@ void ClientCore::take_welcome(const Message& message, Micros now) {
   station_ = message.station;
   welcome_ = std::get<Welcome>(message.body);
   intake_.expect(welcome_.rate_hz);
-  // Where the server named it, it asks for that name when it joins again.
+  // If the server assigned a name, the station requests that name when it joins again.
   if (welcome_.station.empty())
     welcome_.station = options_.hello.station;
   else
@@ -204,7 +204,7 @@ void ClientCore::take_refuse(const Message& message, Micros now) {
   const auto& refusal = std::get<Refuse>(message.body);
   const bool gone = refusal.reason == RefuseReason::unknown_station || refusal.reason == RefuseReason::shutting_down;
   if (link_ == LinkState::joined) {
-    // A server that restarted does not know us under its new instance number; anything else must come from ours.
+    // A restarted server does not know us under its new instance number; every other refusal must come from ours.
     const bool ours = message.station == station_;
     if (ours && (gone || reset_.pending())) refusal_ = refusal;
     if (ours && gone)
@@ -256,7 +256,7 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   server_pace_.behind_max = std::max(server_pace_.behind_max, beat.behind);
 }
 
-/// What is played may be older than the oldest patch that is renewed: then it was not meant.
+/// Renews the patch in use, unless it is older than the oldest patch that the beat renews.
 void ClientCore::renew(const Beat& beat, Micros now) {
   const std::uint32_t playing = intake_.playing();
   const bool meant = playing != 0 && static_cast<std::int32_t>(playing - beat.renewed_from) >= 0;
@@ -267,14 +267,14 @@ void ClientCore::renew(const Beat& beat, Micros now) {
 
 void ClientCore::join_again(Micros now) {
   let_go();
-  // A server that answers, but not us, thinks of us as of another: it shall forget that one.
+  // The server answers another session in our name: make it forget that one.
   leave_due_ = counts_.unproven > unproven_before_;
   link_ = LinkState::joining;
   next_hello_ = now;
   send_due_ = beat_due_ = false;
 }
 
-/// No force until a patch comes.
+/// Ends the force until a patch arrives.
 void ClientCore::let_go() {
   vouched_ = false;
   pause_.interrupt();
@@ -304,7 +304,7 @@ std::size_t ClientCore::say(Body body, std::span<std::byte> out, Micros now) {
   return size;
 }
 
-/// The oldest samples not sent yet, as many as fit, after some that were: a lost datagram costs nothing.
+/// Sends the oldest unsent samples, as many as fit, after some that were sent already: a lost datagram costs nothing.
 std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
   constexpr auto most = static_cast<std::size_t>(kMaxSamplesPerDatagram);
   while (unsent_ > 0) {

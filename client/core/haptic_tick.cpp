@@ -27,7 +27,7 @@ double compliance_of_touch(const Patch& patch) {
   return patch.coupling_n_m > 0 ? compliance + 1 / patch.coupling_n_m : compliance;
 }
 
-/// How fast a patch's force grows against a tool that moves on in the next tick, at most [N/m].
+/// Returns the largest rate at which a patch's force grows against a tool that moves in the next tick [N/m].
 double stiffness_of(const Patch& patch, double dt_s) {
   if (patch.constant) return 0;
   if (patch.contact == ContactKind::touch) return patch.coupling_n_m;
@@ -58,7 +58,8 @@ void HapticTick::restart() noexcept {
   fade_left_ = 0;
 }
 
-/// What the patch would say of ticks that never were is worth nothing once it is too old, and the time to play them is not there.
+/// Restarts after a gap. A patch that is too old by then is discarded: its prediction for the gap is worthless, and there is no
+/// time to play it.
 void HapticTick::restart_after_gap(Micros now) noexcept {
   restart();
   if (has_player_ && now - stamp_ > valid_for()) {
@@ -67,13 +68,13 @@ void HapticTick::restart_after_gap(Micros now) noexcept {
   }
 }
 
-/// Of the patch in use, within our own bounds.
+/// Returns the validity of the patch in use, within our own bounds.
 Micros HapticTick::valid_for() const noexcept {
   const Micros most = horizon() > Micros{} ? kValidBeyondAge + horizon() : kValidMost;
   return std::min(player_.patch().valid_for, most);
 }
 
-/// k_max / k above; counted.
+/// Returns the scale k_max / k of the header, and counts it.
 double HapticTick::share_of(const Patch& patch) noexcept {
   const double most = guard_.limits().stiffness_max_n_m;
   if (most <= 0) return 1;
@@ -84,15 +85,15 @@ double HapticTick::share_of(const Patch& patch) noexcept {
   return most / stiffness;
 }
 
-/// The patch in use, new or renewed, is as good as one stamped `stamp`.
+/// Renews the patch in use, which is as good as one stamped `stamp`.
 void HapticTick::renew(Micros stamp, Micros now) noexcept {
   if (has_player_) note_ages(stamp, now);
   stamp_ = stamp;
 }
 
-/// How old the patch in use got when one stamped `next_stamp` takes over at `now`. One that outlived what it may tells of a pause
-/// (no contact in reach, no link), not of the ages in use; but one that comes older than patches used to get tells that its way
-/// became longer.
+/// Notes the age of the patch in use when one stamped `next_stamp` takes over at `now`. The age of a patch beyond its validity
+/// reflects a pause (no contact in reach, no link), not the ages in use; but if the new patch is older on arrival than patches
+/// used to be, the link has become slower.
 void HapticTick::note_ages(Micros next_stamp, Micros now) noexcept {
   const Micros reached = now - stamp_, came = now - next_stamp;
   if (reached <= valid_for())
@@ -115,13 +116,13 @@ void HapticTick::note_age(Micros age) noexcept {
 
 int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {
   constexpr double kUnnoticedN = 0.05, kUnnoticedShare = 0.05, kWithinTicks = 5;
-  const double steps = step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n);  // each of which goes unnoticed
+  const double steps = step_n / std::max(kUnnoticedN, kUnnoticedShare * force_n);  // number of unnoticeable steps
   const double ticks = std::ceil(std::max(steps, std::min<double>(kWithinTicks * steps, kCrossFadeUsual)));
   return ticks < kCrossFadeMost ? std::max(kCrossFadeLeast, static_cast<int>(ticks)) : kCrossFadeMost;
 }
 
 void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
-  // What the network side had not seen yet; recent_ holds the ticks before this one.
+  // Replay the samples that the network side had not seen yet; recent_ holds the ticks before this one.
   const std::uint64_t oldest = recent_count_ > kRecent ? recent_count_ - kRecent : 0;
   for (std::uint64_t k = oldest; k < recent_count_; ++k) {
     const ToolSample& sample = recent_[k % kRecent];
@@ -129,7 +130,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   }
   if (has_player_) next.inherit(player_);
   renew(std::max(next.patch().stamp, std::min(renewed_to(), next.patch().stamp + kRenewedMost)), now.t);
-  // The same patch once more is one whose terms have come.
+  // The same patch again is one whose terms have arrived.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
   const Vec3 before = has_player_ ? Vec3(softening_ * player_.advance(now).force + fade_offset_) : Vec3::Zero();
   softening_ = share_of(next.patch());
@@ -143,7 +144,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   has_player_ = true;
 }
 
-/// Moves the virtual tool, puts it in the device's place and returns the force on the device.
+/// Moves the virtual tool, substitutes it for the device and returns the force on the device.
 Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
   if (recent_count_ == 0) tool_ = {sample.position, Vec3::Zero(), sample.position};
   const double stiffness = environment_.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
@@ -152,7 +153,7 @@ Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
   return force;
 }
 
-/// Cross-fade and fade of the player's force.
+/// Returns the player's force after cross-fade and fade.
 Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept {
   const Patch& patch = player_.patch();
   out.has_patch = true;
@@ -168,7 +169,7 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
   out.outlived = out.patch_age > valid_for() || sample.t.count() > server_until_us_.load(std::memory_order_acquire);
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
   const double target = good ? 1.0 : 0.0;
-  // Nothing is felt at zero force, so nothing need be faded: a contact that begins with a fresh patch is felt at once.
+  // At zero force nothing is felt, so no fade is needed: a contact that begins with a fresh patch is felt at once.
   const bool felt = force.squaredNorm() > 0;
   gain_ = felt ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
   if (gain_ < 1) ++counts_.faded_ticks;
@@ -179,7 +180,7 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
 TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   ++counts_.ticks;
   const bool usable = in_world(reading.position), first = recent_count_ == 0;
-  // A reading outside, once in a model, would stay there: the tool counts as standing still.
+  // An invalid reading would stay in a model: the tool counts as standing still.
   if (usable) device_ = reading.position;
   ToolSample sample{reading.t, device_};
   const Micros passed = first ? kTick : sample.t - recent_[(recent_count_ - 1) % kRecent].t;
@@ -191,7 +192,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
 
   TickOutput out;
   if (seconds(passed) > Guard::kGapMaxS) restart_after_gap(sample.t);
-  // One that stands so far back came from before a pause: to play it up to now would take longer than a tick.
+  // A patch that is this old came from before a pause: playing it up to now would need more than a tick.
   PatchPlayer* const next = patches_.take();
   if (next && sample.t - next->time() <= kValidBeyondAge) {
     hand_over(*next, sample);

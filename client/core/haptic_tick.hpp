@@ -1,23 +1,24 @@
 // The haptic tick: newest patch -> player -> fade -> guard. Called once a millisecond by the one haptic thread.
 //
-// A new patch is replayed over the last few ticks that the network side had not seen, then takes over: the force step at the
-// swap is measured and decays linearly to zero over 4 to 10 ticks, the more the larger it is beside what a hand does not notice,
-// so that it changes the force by at most max(0.05 N, 5 % of the force) in 5 ms where 10 ticks are enough for that, and in any
-// one tick where 25 are. A patch that is too old, or whose trust radius the tool has left, fades to zero over kFadeTicks; a patch
-// that is good again fades in: what fades is the force that the device can show. Does not allocate, lock, log or throw.
+// A new patch is first replayed over the last few ticks that the network side had not seen, and then takes over. The step of the
+// force at the swap is measured and decays linearly to zero over 4 to 25 ticks, more ticks the larger it is relative to the
+// just-noticeable change: it changes the force by at most max(0.05 N, 5 % of the force) in 5 ms where 10 ticks are enough for
+// that, and in any one tick where 25 are. A patch that is too old, or whose trust radius the tool has left, fades to zero over
+// kFadeTicks; a patch that is good again fades in. The force that fades is the one that the device can show. Does not allocate,
+// lock, log or throw.
 //
-// What a server says is believed within bounds of our own:
-//     a patch is good for min(valid_for, kValidMost), and once the age a of patches in use is known, min(valid_for,
-//     kValidBeyondAge + a), it is renewed for at most kRenewedMost after its stamp, and only while the server is there: until
+// The server is trusted within these bounds only:
+//     a patch is valid for min(valid_for, kValidMost), and once the age a of patches in use is known, min(valid_for,
+//     kValidBeyondAge + a); it is renewed for at most kRenewedMost after its stamp, and only while the server is there: until
 //     server_until(), the last moment for which the network side vouches for it.
-// Beyond any of these it fades like one that is too old. After a gap of more than Guard::kGapMaxS between ticks, and after
-// restart(), force begins at zero, and a patch that has become too old meanwhile is forgotten.
+// Beyond any of these the patch fades like one that is too old. After a gap of more than Guard::kGapMaxS between ticks, and after
+// restart(), the force begins at zero, and a patch that has become too old meanwhile is discarded.
 //
-// Where the device renders no more than a stiffness k_max and the patch has k (stiffness_of_port), its force is shown times k_max
-// / k: a passive force times a constant is passive.
+// Where the device can render a stiffness of k_max and the patch has more, k (stiffness_of_port), the force is scaled by k_max /
+// k: a passive force times a constant is passive.
 //
-// With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch, and the server through the samples,
-// meets the virtual tool in place of the device, and the device feels the coupling: one tick later, and never stiffer than k_c.
+// With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch meets the virtual tool instead of the
+// device, and so does the server through the samples. The device feels the coupling: one tick later, and never stiffer than k_c.
 #pragma once
 
 #include <array>
@@ -35,64 +36,64 @@ namespace palpate {
 inline constexpr std::size_t kSampleRing = 1024;
 using SampleRing = SpscRing<ToolSample, kSampleRing>;
 
-/// Whether a tool can be there at all.
+/// True when `position` is finite and inside the world.
 inline bool in_world(const Vec3& position) noexcept {
   return position.allFinite() && position.cwiseAbs().maxCoeff() <= kWorldExtentM;
 }
 
 struct TickOutput {
-  Vec3 force = Vec3::Zero();        ///< what the device shall render, after the guard [N]
-  Vec3 model_force = Vec3::Zero();  ///< before it
+  Vec3 force = Vec3::Zero();        ///< force for the device to render, after the guard [N]
+  Vec3 model_force = Vec3::Zero();  ///< force before the guard [N]
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};           ///< now minus patch_stamp
-  Micros patch_stamp{};         ///< of the patch in use, or the moment up to which the server renewed it
-  bool swapped = false;         ///< a new patch took over in this tick
-  double hand_over_step_n = 0;  ///< its force step before the cross-fade [N]
-  double gain = 1;              ///< share of the patch's force that is displayed: less while it fades
-  bool outlived = false;        ///< the patch in use is older than it is valid for
+  Micros patch_stamp{};         ///< stamp of the patch in use, or the later moment to which the server renewed it
+  bool swapped = false;         ///< true: a new patch took over in this tick
+  double hand_over_step_n = 0;  ///< force step of that hand-over before the cross-fade [N]
+  double gain = 1;              ///< displayed share of the patch's force, below 1 while it fades
+  bool outlived = false;        ///< true: the patch in use is older than its validity
 };
 
-/// What bounds a server's word (above).
+/// Bounds of the server's claims (see above).
 inline constexpr Micros kValidMost{5'000'000}, kValidBeyondAge{1'000'000}, kRenewedMost{1'000'000};
 
-/// Stiffness that a patch shows to a hand at its port [N/m]: of attach the largest eigenvalue of K_p, all modes standing still;
-/// of touch 1 / (n^T (R K^-1 R^T + c_static) n + 1 / k_c) along the normal n at the patch's point, all modes having followed,
-/// those without stiffness aside. 0 for a constant patch.
+/// Returns the stiffness that a patch shows to a hand at its port [N/m]. For attach: the largest eigenvalue of K_p, with all
+/// modes at rest. For touch: 1 / (n^T (R K^-1 R^T + c_static) n + 1 / k_c) along the normal n at the patch's point, after all
+/// modes have followed, modes without stiffness omitted. 0 for a constant patch.
 double stiffness_of_port(const Patch& patch) noexcept;
 
 struct HapticCounts {
   std::uint64_t ticks = 0, samples_dropped = 0, patches_used = 0, faded_ticks = 0;
-  std::uint64_t softened = 0;  ///< patches whose force was shown weaker, being stiffer than the device can render
-  double softened_most = 1;    ///< least share that was shown
+  std::uint64_t softened = 0;  ///< patches whose force was scaled down because they are stiffer than the device can render
+  double softened_most = 1;    ///< smallest scale used
   double hand_over_step_max_n = 0;
 };
 
 class HapticTick {
  public:
-  /// `coupling` without stiffness: none.
+  /// `coupling`: no stiffness means no coupling.
   HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
              const CouplingParameters& coupling = {});
-  /// One tick. `sample.t` is the client's clock and grows by kTick (late ticks are skipped by the caller, never squeezed).
-  /// A reading outside of the world is not played: the tool counts as standing still.
+  /// Runs one tick. `sample.t` is on the client's clock and grows by kTick (the caller skips late ticks and never runs two in a
+  /// row). A reading outside the world is not played: the tool counts as standing still.
   TickOutput tick(const ToolSample& reading) noexcept;
-  /// Before the first tick: what the device can render.
+  /// Sets the limits of the device. Before the first tick only.
   void limit(const GuardLimits& limits) noexcept { guard_ = Guard(limits); }
-  /// The device shows nothing: the force begins at zero. The haptic thread.
+  /// Begins the force at zero again, after the device showed nothing. Haptic thread.
   void restart() noexcept;
-  /// The server is there until `moment`, for all that the network side knows. Any thread, one at a time; for ever before the
-  /// first call.
+  /// Says that the server is there until `moment`, as far as the network side knows. Any thread, one at a time; unlimited before
+  /// the first call.
   void server_until(Micros moment) noexcept { server_until_us_.store(moment.count(), std::memory_order_release); }
-  /// Age that patches reach before the next one takes over: smoothed mean and twice the mean deviation (as TCP does with round
-  /// trips); 0 before the second patch. Any thread.
+  /// Returns the age that patches reach before the next one takes over: smoothed mean plus twice the mean deviation (as TCP does
+  /// with round trips); 0 before the second patch. Any thread.
   Micros horizon() const noexcept { return Micros{horizon_us_.load(std::memory_order_relaxed)}; }
-  /// The server says that the patch in use is as good as one stamped `stamp` would be. Any thread, one at a time.
+  /// Says that the server considers the patch in use as good as one stamped `stamp`. Any thread, one at a time.
   void renew_to(Micros stamp) noexcept { renewed_to_us_.store(stamp.count(), std::memory_order_relaxed); }
-  /// How the tool is held and its buttons, which the haptic thread leaves for the network thread.
+  /// The tool's orientation and buttons, which the haptic thread leaves for the network thread.
   ToolHold& hold() noexcept { return hold_; }
-  /// The haptic thread woke late for this tick.
+  /// Notes that the haptic thread woke late for this tick.
   void note_late() noexcept { late_ticks_.store(late_ticks() + 1, std::memory_order_relaxed); }
-  /// How often it did. Any thread.
+  /// Number of late ticks. Any thread.
   std::uint32_t late_ticks() const noexcept { return late_ticks_.load(std::memory_order_relaxed); }
   const HapticCounts& counts() const { return counts_; }
   const GuardCounts& guard_counts() const { return guard_.counts(); }
@@ -124,8 +125,8 @@ class HapticTick {
   Vec3 environment_ = Vec3::Zero();  ///< the patch's force on the virtual tool [N]
   PatchPlayer player_;
   bool has_player_ = false;
-  double softening_ = 1;  ///< share of the player's force that is shown
-  Micros stamp_{};        ///< of the patch in use, or later: it was renewed
+  double softening_ = 1;  ///< scale of the player's force
+  Micros stamp_{};        ///< stamp of the patch in use, or later if it was renewed
   std::array<ToolSample, kRecent> recent_{};
   std::uint64_t recent_count_ = 0;
   Vec3 fade_offset_ = Vec3::Zero();

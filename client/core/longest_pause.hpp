@@ -1,4 +1,4 @@
-// The longest pause between two datagrams of the last kWindow to twice that.
+// The longest pause between two datagrams, over the last kWindow to 2 kWindow.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ class LongestPause {
  public:
   static constexpr Micros kWindow{10'000'000};
 
-  /// A datagram came; `now` does not go back.
+  /// Notes that a datagram arrived; `now` is monotonic.
   void take(Micros now) {
     if (now - begin_ >= kWindow) {
       before_ = now - begin_ < 2 * kWindow ? longest_ : Micros{};
@@ -21,7 +21,7 @@ class LongestPause {
     if (heard_ != Micros::min()) longest_ = std::max(longest_, now - heard_);
     heard_ = now;
   }
-  /// What comes until the next datagram is no pause: nothing is due.
+  /// Ends the current pause without counting it: no datagram is due until the next one.
   void interrupt() { heard_ = Micros::min(); }
   Micros longest() const { return std::max(longest_, before_); }
   void reset() { *this = LongestPause{}; }

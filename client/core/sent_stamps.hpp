@@ -1,4 +1,4 @@
-// When the newest datagrams were sent, to the microsecond: what only who got them can say.
+// The send times of the newest datagrams [us]. Only a receiver of a datagram knows its time.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@ namespace palpate {
 
 class SentStamps {
  public:
-  /// The most that are sent while a datagram goes there, is echoed for the 3 s that a silent station is kept, and comes back.
+  /// Largest number sent while a datagram travels, is echoed for the 3 s that a silent station is kept, and returns.
   static constexpr std::size_t kSentKept = 4096;
 
   void add(Micros sent) {

@@ -1,5 +1,5 @@
-// How the tool is held and its buttons, handed from the haptic thread to the network thread beside the samples: the newest
-// orientation, and every change of the buttons. Nothing is computed with either; they are for viewers and recordings.
+// Orientation and buttons of the tool, handed from the haptic thread to the network thread separately from the samples: the
+// newest orientation, and every change of the buttons. No computation uses either; they are for viewers and recordings.
 #pragma once
 
 #include "common/base/latest_slot.hpp"
@@ -18,13 +18,13 @@ class ToolHold {
       orientation_.publish();
       had_orientation_ = usable;
     }
-    // Where the ring is full the change is said with the next tick that finds room.
+    // While the ring is full, the change waits for a tick that finds room.
     if (buttons != buttons_ && changes_.push({now, buttons})) buttons_ = buttons;
   }
 
-  /// Network thread: the newest orientation where one came since the last call, else nullptr.
+  /// Network thread: returns the newest orientation if one arrived since the last call, else nullptr.
   const Orientation* take_orientation() noexcept { return orientation_.take(); }
-  /// Network thread: the oldest change not taken yet; false when there is none.
+  /// Network thread: pops the oldest change; false when there is none.
   bool take_change(ButtonChange& change) noexcept { return changes_.pop(change); }
 
  private:

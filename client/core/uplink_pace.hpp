@@ -1,10 +1,11 @@
-// How often a station sends its samples, and how many older ones each datagram repeats, from what the server says gets lost.
+// Rate at which a station sends its samples, and the number of older samples that each datagram repeats, from the losses that the
+// server reports.
 //
-// A sample is lost for good when every datagram that carries it is: a run of losses longer than what is repeated. So repeated is
-// what covers the longest run seen, half as long again, and one datagram more. A link that loses nothing is sent half as many
-// datagrams, and little is repeated. Until the server has said anything the link counts as bad. A link that loses more than
-// kFlooded is one too narrow for what it is sent: it gets as little as a calm one, since more would only drown more.
-// Loss is believed at once and forgotten after kRemember.
+// A sample is lost for good when every datagram that carries it is lost, i.e. in a run of losses longer than the repeats. So the
+// repeats cover the longest run seen, half as long again, plus one datagram. A link without losses gets half as many datagrams
+// with few repeats. Until the server has reported, the link counts as bad. A link that loses more than kFlooded is too narrow for
+// what it carries: it gets as little as a calm one, because more would only flood it further. A loss counts at once and is
+// forgotten after kRemember.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +16,13 @@ namespace palpate {
 
 class UplinkPace {
  public:
-  static constexpr Micros kBusy{2'000}, kCalm{4'000};  ///< between datagrams, with losses and without
-  static constexpr double kCalmShare = 0.002;          ///< of the datagrams lost: a link that loses no more is calm
-  static constexpr double kFlooded = 0.5;              ///< of the datagrams lost: fewer of them would get through better
+  static constexpr Micros kBusy{2'000}, kCalm{4'000};  ///< interval between datagrams, with losses and without
+  static constexpr double kCalmShare = 0.002;          ///< largest share of lost datagrams on a calm link
+  static constexpr double kFlooded = 0.5;              ///< share of lost datagrams beyond which fewer of them arrive better
   static constexpr int kRepeatLeast = 8, kRepeatUnknown = 32, kRepeatMost = 56;
   static constexpr Micros kRemember{10'000'000};
 
-  /// `report`: what the server says of the datagrams to it.
+  /// `report`: the server's report about the datagrams that it receives.
   void take(const LinkReport& report, Micros now) {
     if (report.judged < kJudgedLeast) return;
     const double share = static_cast<double>(report.lost) / report.judged;
@@ -32,7 +33,7 @@ class UplinkPace {
   void reset() { *this = UplinkPace{}; }
 
   Micros interval() const { return calm() || flooded() ? kCalm : kBusy; }
-  /// Older samples that each datagram repeats; one sample is a millisecond.
+  /// Number of older samples in each datagram; one sample is a millisecond.
   int repeat() const {
     if (!known_) return kRepeatUnknown;
     if (flooded()) return kRepeatLeast;

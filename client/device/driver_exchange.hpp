@@ -1,13 +1,13 @@
-// What the thread of a driver and the 1 kHz loop hand each other: the newest reading one way, the newest force the other, without
-// locks (latest_slot.hpp).
+// Exchange between a driver's thread and the 1 kHz loop: the newest reading one way, the newest force the other, without locks
+// (latest_slot.hpp).
 //
-// The loop stays the master of its own time (CLOCK_MONOTONIC) and the driver of its own. The other choice, to run the loop inside
-// the driver's callback, saves the hand-off: a reading is then 0 to 1 driver ticks younger, and so is a force, 1 tick in the mean
-// for both. It was not taken because a driver that hangs, skips or dies would take the loop with it: nobody would fade the force,
-// keep the record, or tell the server and the user. As it is each side watches the other by counting its own turns, so that no
-// clock is compared with another: a loop that writes nothing for `stale_turns` of the driver gets zero force, also when it
-// crashed, was stopped or sits in a page fault; a driver that reads nothing for kSilentReads of the loop is `gone`.
-// What it costs: a wall of stiffness K wants K T/2 of damping; one tick more makes that 3 K T/2 (Colgate and Brown 1994).
+// The loop keeps its own time (CLOCK_MONOTONIC) and the driver its own. The alternative, to run the loop inside the driver's
+// callback, saves the hand-off: a reading is then 0 to 1 driver ticks younger, and so is a force, 1 tick in the mean for both
+// together. It was rejected because a driver that hangs, skips or dies would stop the loop with it: nothing would fade the force,
+// keep the record, or inform the server and the user. Instead each side watches the other by counting its own turns, so that no
+// two clocks are compared: a loop that writes nothing for `stale_turns` of the driver gets zero force, also after a crash, a stop
+// or a page fault; a driver that delivers nothing for kSilentReads of the loop counts as `gone`. The cost: a wall of stiffness K
+// needs K T/2 of damping; one more tick makes that 3 K T/2 (Colgate and Brown 1994).
 //
 // turn() belongs to the driver's thread, read() and write() to the loop's, halt() and resume() to any. None allocates or locks.
 #pragma once
@@ -24,15 +24,15 @@ class DriverExchange {
   static constexpr int kSilentReads = 20;
   static constexpr Micros kStaleAfter{20'000};
 
-  /// `driver_hz`: how often turn() is called.
+  /// `driver_hz`: rate of turn().
   explicit DriverExchange(double driver_hz) noexcept;
 
-  /// The reading of this turn of the driver. Returns the force to render from now on [N, W]: the newest, or zero while the
-  /// reading is not ok, after halt(), and when the loop has been still for kStaleAfter.
+  /// Passes on the reading of this turn of the driver. Returns the force to render from now on [N, W]: the newest, or zero while
+  /// the reading is not ok, after halt(), and when the loop has not written for kStaleAfter.
   Vec3 turn(const DeviceReading& reading) noexcept;
 
   DeviceReading read() noexcept;
-  /// Counts as zero when it is not finite, and while the last read() was not ok.
+  /// The force counts as zero when it is not finite, and while the last read() was not ok.
   void write(const Vec3& force) noexcept;
 
   void halt() noexcept { halted_.store(true, std::memory_order_release); }
@@ -43,11 +43,11 @@ class DriverExchange {
   LatestSlot<Vec3> forces_;
   std::atomic<bool> halted_{false};
   static_assert(std::atomic<bool>::is_always_lock_free, "set from signal handlers");
-  // the driver's
+  // state of the driver's thread
   const int stale_turns_;
   int still_turns_ = 0;
   Vec3 force_ = Vec3::Zero();
-  // the loop's
+  // state of the loop's thread
   DeviceReading last_;
   int silent_reads_ = 0;
 };

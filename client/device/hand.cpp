@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kTremorLowHz = 8, kTremorHighHz = 12, kTremorOnsetS = 0.5;
 
-/// splitmix64: the same draws on every machine and library, which std's distributions do not promise.
+/// splitmix64: the same draws on every machine and library, unlike std's distributions.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : state_(seed) {}

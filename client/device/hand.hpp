@@ -1,9 +1,9 @@
-// The hand that holds a simulated device: a mass, damper and spring between the tool and where the person wants it to be,
-// and the tremor that the person does not want.
+// The hand that holds a simulated device: a mass, damper and spring between the tool and its intended position, and the
+// involuntary tremor.
 //
-// The four presets span what is published: arm and hand at an endpoint 0.55 kg, 6.5 N s/m, 135 N/m (Sci. Rep. 2015, srep18004);
-// light pen grips and firm grips around it. "free" is nothing held at all. Damping ratios 0.32, 0.37, 0.22.
-// Tremor: 8-12 Hz, of the size of a sine of 0.1 mm (50-200 um rms is typical).
+// The four presets span the published range: arm and hand at an endpoint 0.55 kg, 6.5 N s/m, 135 N/m (Sci. Rep. 2015, srep18004);
+// light pen grips and firm grips around it. "free" means that nothing holds the device. Damping ratios 0.32, 0.37, 0.22. Tremor:
+// 8-12 Hz, with the power of a sine of 0.1 mm (50-200 um rms is typical).
 #pragma once
 
 #include <array>
@@ -20,11 +20,11 @@ struct Hand {
   bool holds() const { return mass_kg > 0 || damping_n_s_m > 0 || stiffness_n_m > 0; }
 };
 
-/// "free", "light", "reference", "firm"; nothing for another name.
+/// Returns the preset "free", "light", "reference" or "firm"; empty for another name.
 std::optional<Hand> hand_from_name(std::string_view name);
 
 /// Tremor of one hand: per axis a sum of sines whose frequencies (8-12 Hz) and phases are drawn from the seed, together with the
-/// power of one sine of `amplitude_m`; it grows from zero over the first half second so that a motion starts at rest.
+/// power of one sine of `amplitude_m`. It grows from zero over the first half second so that a motion starts at rest.
 class Tremor {
  public:
   Tremor(double amplitude_m, std::uint64_t seed);

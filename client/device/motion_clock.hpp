@@ -1,5 +1,6 @@
-// When a recorded motion started on the client's clock. By default with the first reading; after wait_for_start() the motion
-// stands at its beginning until start() names the moment. start() may come from another thread; the rest from the reader.
+// The start of a recorded motion on the client's clock. By default this is the first reading; after wait_for_start() the motion
+// stands at its beginning until start() sets the moment. start() may be called from another thread; everything else belongs to
+// the reader.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +19,7 @@ class MotionClock {
 
   bool started(Micros now) const noexcept { return elapsed_or_negative(now) >= 0; }
 
-  /// Time since the start, zero before it.
+  /// Returns the time since the start, zero before it.
   Micros elapsed(Micros now) noexcept {
     if (begin_us_.load(std::memory_order_acquire) == kFirstReading) start(now);
     return Micros{std::max<std::int64_t>(0, elapsed_or_negative(now))};

@@ -1,4 +1,4 @@
-// A device whose tool follows a recorded motion in some way: what a program needs to start it.
+// A device whose tool follows a recorded motion: the interface to start it.
 #pragma once
 
 #include "client/device/device.hpp"
@@ -8,9 +8,9 @@ namespace palpate {
 
 class MotionDevice : public Device {
  public:
-  /// Stand at the beginning until start(). Call before the first read().
+  /// Holds the tool at the beginning of the motion until start(). Call before the first read().
   void wait_for_start() noexcept { clock_.wait_for_start(); }
-  /// The motion's time 0 on the client's clock. May be called from any thread.
+  /// Sets the motion's time 0 on the client's clock. May be called from any thread.
   void start(Micros at) noexcept { clock_.start(at); }
 
  protected:

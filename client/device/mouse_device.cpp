@@ -21,7 +21,7 @@ DeviceReading MouseDevice::read(Micros now) noexcept {
   const double dt = started_ ? std::max(0.0, seconds(now - read_)) : 0;
   started_ = true;
   read_ = now;
-  // Beyond this lead the tool would go faster than kSpeedMaxMS: the place comes towards it along the same line.
+  // Beyond this lead the tool would be faster than kSpeedMaxMS: the target is moved towards it along the same line.
   const Vec3 lead = target_ - position_;
   const double most = 2 * kSpeedMaxMS / kPace, far = lead.norm();
   const Vec3 target = far > most ? Vec3(position_ + lead * (most / far)) : target_;

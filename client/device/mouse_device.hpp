@@ -1,9 +1,9 @@
-// Device `mouse`: the tool follows a place that a window sets some sixty times a second, smoothly at 1 kHz.
+// Device `mouse`: the tool follows, smoothly at 1 kHz, a position that a window sets some sixty times a second.
 //
-// The tool is a critically damped mass on a spring to that place, advanced exactly over each tick (w = kPace):
+// The tool is a critically damped mass on a spring to that position, advanced exactly over each tick (w = kPace):
 //     x(t + dt) = target + (e + (v + w e) dt) exp(-w dt),   e = x - target;   v likewise
 // so its velocity never jumps, whatever the window does, it never overshoots a resting target, and it trails a moving one by 2 /
-// w. A mouse renders no force: what is written is handed back, with the place, for the window to draw.
+// w. A mouse renders no force: the written force is returned, with the position, for the window to draw.
 #pragma once
 
 #include "client/device/device.hpp"
@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// What the hand at the mouse would feel.
+/// Force and position for the window to draw.
 struct MouseFeel {
   Vec3 position = Vec3::Zero();  ///< tool point [m]
   Vec3 force = Vec3::Zero();     ///< on the tool [N]
@@ -21,7 +21,7 @@ class MouseDevice final : public Device {
  public:
   static constexpr double kPace = 60;  ///< [1/s]
   static constexpr double kSpeedMaxMS = 1.0;
-  static constexpr double kForceMaxN = 8.5;  ///< as strong as a Phantom 1.5: what one sees is what a hand could feel
+  static constexpr double kForceMaxN = 8.5;  ///< that of a Phantom 1.5: the picture shows what a hand could feel
 
   explicit MouseDevice(const Vec3& at);
 
@@ -30,9 +30,9 @@ class MouseDevice final : public Device {
   void write(const Vec3& force) noexcept override;
   void stop() noexcept override { write(Vec3::Zero()); }
 
-  /// Where the tool is to go. One thread, not that of the haptic loop.
+  /// Sets the target of the tool. One thread, not that of the haptic loop.
   void aim(const Vec3& target);
-  /// The newest feel since the last call, or nullptr. The thread of aim().
+  /// Returns the newest feel since the last call, or nullptr. Same thread as aim().
   const MouseFeel* feel() { return feels_.take(); }
 
  private:

@@ -21,7 +21,7 @@ ReadingGate::ReadingGate(double driver_hz, double velocity_max_m_s) noexcept
 void ReadingGate::refuse(const DeviceReason& reason) noexcept { refuse(reason, fault_turns_); }
 
 void ReadingGate::refuse(const DeviceReason& reason, int turns) noexcept {
-  // The reason of a fault outlives a jump that came with it.
+  // Keep the reason of a fault when a jump follows it.
   if (turns >= refused_turns_) reason_ = reason;
   refused_turns_ = std::max(refused_turns_, turns);
 }

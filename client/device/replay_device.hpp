@@ -1,5 +1,5 @@
-// Device `replay`: the tool is where the recording says, whatever force is written. Once the motion has ended readings say
-// so, or the tool stays at its end.
+// Device `replay`: the tool follows the recording, whatever force is written. After the motion its readings are `ended`, or the
+// tool stays at its end.
 #pragma once
 
 #include "client/device/motion_device.hpp"

@@ -17,7 +17,7 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Null, and why in `fault`, when the file is there but cannot be loaded.
+/// Returns null, with the reason in `fault`, when the file exists but cannot be loaded.
 void* try_open(const std::string& file, std::string& fault) {
   if (void* handle = dlopen(file.c_str(), RTLD_LAZY | RTLD_GLOBAL)) return handle;
   const char* said = dlerror();

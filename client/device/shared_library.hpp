@@ -1,4 +1,4 @@
-// A vendor's shared library, looked for when the program runs: nothing of a vendor's is built in or shipped.
+// A vendor's shared library, searched for at run time: no vendor's code is built in or shipped.
 //
 // It is opened with RTLD_LAZY | RTLD_GLOBAL and never closed: drivers leave threads behind, and misbehave when they are loaded
 // twice in one process.
@@ -10,29 +10,29 @@
 namespace palpate {
 
 struct LibrarySearch {
-  const char* what = "";             ///< for a person: "OpenHaptics (libHD)"
-  const char* variable = "";         ///< of the environment: a path that is taken instead of all others
-  std::vector<std::string> names;    ///< file names, the best first
-  std::vector<std::string> folders;  ///< to look into after where the loader looks
+  const char* what = "";             ///< name for a person: "OpenHaptics (libHD)"
+  const char* variable = "";         ///< environment variable with a path that replaces the search
+  std::vector<std::string> names;    ///< file names, in order of preference
+  std::vector<std::string> folders;  ///< folders searched after the loader's own
   const char* install = "";          ///< what to install, for a person
 };
 
 class SharedLibrary {
  public:
-  /// Throws InputError: which names were looked for and where, what is missing, what to install, which variable to set.
+  /// Throws InputError with the names and folders searched, what is missing, what to install and which variable to set.
   explicit SharedLibrary(const LibrarySearch& search);
 
-  /// Throws InputError when it has no such function.
+  /// Looks a function up. Throws InputError when it is missing.
   template <class Function>
   void bind(const char* name, Function*& function) const {
     function = reinterpret_cast<Function*>(address(name));
   }
-  /// The same, null when it has none.
+  /// The same, with null for a missing function.
   template <class Function>
   void bind_optional(const char* name, Function*& function) const {
     function = reinterpret_cast<Function*>(find(name));
   }
-  const std::string& file() const { return file_; }  ///< as it was given to the loader
+  const std::string& file() const { return file_; }  ///< name as passed to the loader
 
  private:
   void* find(const char* name) const;

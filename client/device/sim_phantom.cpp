@@ -12,7 +12,7 @@ namespace {
 constexpr int kTaylorOrder = 16;
 // Chosen so that a sub-step advances the fastest motion by well under a radian, where the series converges to rounding.
 constexpr double kStiffnessMaxNM = 1e5, kDampingMaxNSM = 100, kMassMinKg = 0.02;
-// A Phantom 1.5 turns buzzy beyond this when a wall is rendered at 1 kHz; its mechanical stiffness is 3500 N/m.
+// A Phantom 1.5 starts to buzz beyond this when a wall is rendered at 1 kHz; its mechanical stiffness is 3500 N/m.
 constexpr double kRenderedStiffnessMaxNM = 800;
 
 void check(bool holds, const char* field, const char* expected) {

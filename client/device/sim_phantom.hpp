@@ -2,16 +2,16 @@
 //
 //     (m_device + m_hand) x'' = F - b_device x' + k_hand (w - x) + b_hand (w' - x'),        w = intention + tremor
 //
-// x is the tool point, F the force written, w where the person wants the tool. The device adds its apparent mass (75 g), clamps
-// the force to 8.5 N, renders it in steps of 0.07 N per axis (held until the next write) and reads its position in steps of
-// 0.03 mm per axis from where it was switched on. It has no gravity, and no friction unless b_device is given: the least damped
+// x is the tool point, F the written force, w the intended position of the tool. The device adds its apparent mass (75 g), clamps
+// the force to 8.5 N, renders it in steps of 0.07 N per axis (held until the next write) and reads its position in steps of 0.03
+// mm per axis relative to where it was switched on. It has no gravity, and no friction unless b_device is given: the least damped
 // case.
 //
-// Where the intention says how the tool is held and which buttons are pressed, the readings do.
+// Where the intention includes orientation and buttons, so do the readings.
 //
 // The equation is linear; with F constant and w linear inside a sub-step of at most 0.25 ms its Taylor series to 16th order is
-// exact to rounding, so nothing but the stated quantisation and the sampling of w separates it from the closed form.
-// The same seed and the same calls give the same bits.
+// exact to rounding, so only the stated quantisation and the sampling of w separate it from the closed form. The same seed and
+// the same calls give the same bits.
 #pragma once
 
 #include <atomic>
@@ -26,25 +26,25 @@ namespace palpate {
 
 struct SimPhantomOptions {
   Hand hand{0.5, 6, 135};
-  double tremor_m = 1e-4;           ///< amplitude of the sine that has the tremor's power, 0 = a steady hand
-  std::uint64_t seed = 1;           ///< of the tremor
+  double tremor_m = 1e-4;           ///< amplitude of the sine with the tremor's power, 0 = a steady hand
+  std::uint64_t seed = 1;           ///< seed of the tremor
   double device_mass_kg = 0.075;    ///< apparent mass at the tool
   double device_damping_n_s_m = 0;  ///< b_device: viscous friction of the device itself
   double position_step_m = 3e-5;    ///< 0 = not quantised
   double force_step_n = 0.07;       ///< 0 = not quantised
   double force_max_n = 8.5;         ///< Euclidean norm
-  double release_s = std::numeric_limits<double>::infinity();  ///< motion time at which the hand lets go
-  Hand hand_after_release = {};                                ///< the grip from then on, nothing unless it only loosens
+  double release_s = std::numeric_limits<double>::infinity();  ///< motion time at which the hand releases the device
+  Hand hand_after_release = {};  ///< the grip from then on; all zero: none, otherwise the grip only loosens
 };
 
 class SimPhantom final : public MotionDevice {
  public:
-  /// Throws InputError when a number is negative or not finite, or the mass or a hand is beyond what a sub-step resolves.
+  /// Throws InputError when a number is negative or not finite, or when the mass or a hand is beyond what a sub-step resolves.
   SimPhantom(Motion intention, const SimPhantomOptions& options);
 
   const DeviceCaps& caps() const override { return caps_; }
-  /// Advances to `now`; always ok: after its motion the hand holds still. A `now` that goes back changes nothing; a gap of
-  /// more than kGapMax is not made up for, the hand stood still for the rest of it.
+  /// Advances to `now`; always ok: after its motion the hand holds still. A `now` that goes back changes nothing. A gap of more
+  /// than kGapMax is not made up for: the hand stood still for the rest of it.
   DeviceReading read(Micros now) noexcept override;
   void write(const Vec3& force) noexcept override;
   void stop() noexcept override { force_ = Vec3::Zero(); }
@@ -57,10 +57,10 @@ class SimPhantom final : public MotionDevice {
   /// Force being rendered, clamped and quantised [N].
   const Vec3& force() const noexcept { return force_; }
 
-  // The vendor states no limit; a step from nothing to the peak force in about four ticks is felt as a knock, not as a blow.
+  // The vendor states no limit; a step from nothing to the peak force in about four ticks feels like a knock, not a blow.
   static constexpr double kSlewMaxNS = 2000;
-  // Limits for who reads, not of the simulation, which has neither motors that get warm nor arms that end: faster than people
-  // move a tool, and as far as an arm reaches, each way from where it was switched on.
+  // Limits for the reader, not of the simulation, which has neither motors that warm nor arms that end: faster than people move a
+  // tool, and as far as an arm reaches, each way from where it was switched on.
   static constexpr double kSpeedMaxMS = 5, kReachM = 0.5;
   static constexpr Micros kSubStepMax{250};
   static constexpr Micros kGapMax{100'000};
@@ -77,7 +77,7 @@ class SimPhantom final : public MotionDevice {
   Vec3 origin_, position_, velocity_ = Vec3::Zero(), force_ = Vec3::Zero();
   Micros release_ = Micros::max();  ///< motion time
   Micros time_{};                   ///< motion time of the state
-  Micros lost_{};                   ///< gaps that were not made up for
+  Micros lost_{};                   ///< sum of the gaps that were not made up for
 };
 
 }  // namespace palpate

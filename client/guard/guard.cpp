@@ -35,7 +35,7 @@ void Guard::restart() noexcept {
   ways_ = {};
 }
 
-/// Whether the tool's speed over the last ticks is beyond the device's.
+/// Returns true when the tool's speed over the last ticks exceeds the device's limit.
 bool Guard::too_fast(const Vec3& dx, double dt_s) noexcept {
   if (limits_.velocity_max_m_s <= 0) return false;
   newest_way_ = (newest_way_ + 1) % kSpeedTicks;
@@ -57,7 +57,7 @@ Vec3 Guard::finite(const Vec3& force) noexcept {
   return Vec3::Zero();
 }
 
-/// The force that the limiter adds.
+/// Returns the force that the limiter adds.
 Vec3 Guard::passive(const Vec3& force, const Vec3& dx, double dt_s) noexcept {
   if (limits_.passivity == PassivityMode::off) return Vec3::Zero();
   passivity_.observe(force, dx, dt_s);
@@ -72,7 +72,7 @@ Vec3 Guard::passive(const Vec3& force, const Vec3& dx, double dt_s) noexcept {
 }
 
 Vec3 Guard::clamped(const Vec3& force) noexcept {
-  constexpr double kRounding = 1e-12;  // of a force that was clamped before
+  constexpr double kRounding = 1e-12;  // for a force that was clamped before
   const Vec3 asked = finite(force);
   const double most_n = heat_.most_n();
   if (most_n > 0 && asked.stableNorm() > most_n * (1 + kRounding)) {

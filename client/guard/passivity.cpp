@@ -7,11 +7,11 @@ namespace palpate {
 
 namespace {
 constexpr double kRestForceN = 1e-6;
-constexpr double kHeldS = 1e-3;       // for so long a force is shown, late as the tick before may have been
-constexpr double kAheadS = 2e-3;      // until what is shown now has been weighed
-constexpr double kSkippedS = 1.5e-3;  // a longer tick than this was more than one
+constexpr double kHeldS = 1e-3;       // time for which a force is shown, however late the previous tick was
+constexpr double kAheadS = 2e-3;      // time until the current force has been judged
+constexpr double kSkippedS = 1.5e-3;  // a longer tick counts as more than one
 
-/// The p in [0, 1] for which |way + p step| = length, 1 if there is none; |way| < length.
+/// Returns the p in [0, 1] for which |way + p step| = length, 1 if there is none; |way| < length.
 double share_to(double length, const Vec3& way, const Vec3& step) noexcept {
   const double a = step.squaredNorm(), b = way.dot(step), c = way.squaredNorm() - length * length;
   return (way + step).squaredNorm() > length * length ? (std::sqrt(b * b - a * c) - b) / a : 1;
@@ -38,10 +38,10 @@ Vec3 Passivity::damper(const Vec3& force) noexcept {
   return damped(force) - weakened() * force;
 }
 
-/// w above.
+/// Returns w of the header.
 double Passivity::weakened() const noexcept {
   const Vec3 asked = expected_ - damper_;
-  const Step& step = steps_[newest_];  // not the mean of some: here it counts that it is not late
+  const Step& step = steps_[newest_];  // not a mean, which would be late
   const double ahead_j = std::max(0.0, kAheadS * asked.dot(step.dx) / step.dt_s - kFullJ);
   return std::clamp((ahead_j - energy_j_ - kFullJ) / (kMostJ - kFullJ), 0.0, 1.0);
 }
@@ -58,7 +58,7 @@ Passivity::Motion Passivity::motion() const noexcept {
   return {way / time_s, std::min(kAlphaMaxNSM, kDeviceKg / (time_s + kHeldS))};
 }
 
-/// F_damper without what is weaker, and where it goes to.
+/// Returns the target of F_damper, without the part `weaker`.
 Vec3 Passivity::damped(const Vec3& force) noexcept {
   const double force_n = force.stableNorm();
   const Vec3 goal = force_n > 0 && std::isfinite(force_n) ? drag(force, force_n) : Vec3(Vec3::Zero());
@@ -73,7 +73,7 @@ Vec3 Passivity::drag(const Vec3& force, double force_n) const noexcept {
   const auto [velocity, alpha] = motion();
   const Vec3 along = force / force_n;
   const double left_n = (1 - weakened()) * force_n, v = velocity.dot(along);
-  const double next_j = std::clamp(force_n * v * kHeldS, 0.0, 0.25 * kFullJ);  // is given while half of the way is gone
+  const double next_j = std::clamp(force_n * v * kHeldS, 0.0, 0.25 * kFullJ);  // E_h of the header
   const double share = std::min(1.0, deficit_j / (kFullJ - next_j));
   const double along_n = std::clamp(alpha * v, -share * force_n, share * left_n);
   const double power_w = (left_n - along_n) * v;

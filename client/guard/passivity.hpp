@@ -1,47 +1,49 @@
 // Passivity observer and controller at the tool: time domain, after Hannaford and Ryu (2002), with an allowance that cannot be
-// overdrawn as in the energy tanks of Franken et al. (IEEE Trans. Robotics 27, 2011). What a delayed patch gets wrong is not
-// known here, so nothing is assumed about it.
+// overdrawn as in the energy tanks of Franken et al. (IEEE Trans. Robotics 27, 2011). The error of a delayed patch is unknown
+// here, so nothing is assumed about it.
 //
-// The observer counts the energy E that the hand has put into the display and that the display has not given back yet:
+// The observer counts the energy E that the hand has put into the display and that the display has not returned yet:
 //
 //     E += -1/2 (F_before + F_now) . dx                 per tick, dx the tool's motion in the tick
 //
-// F is the force on the tool as it is rendered in the end, the controller's own and all limits included. While a tick is computed
-// that is not known yet: the force asked for and the damper of the tick before stand for it, and rendered() puts it right. A
-// display of springs, masses and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled at 1 kHz
-// count as lossless; what holding its force for a tick leaks (k |dx|^2 / 2) is left to the device's friction, or else every
-// spring would be damped. Over ticks that were skipped the device held F_before, and that alone counts.
+// F is the force on the tool as finally rendered, with the controller's own contribution and all limits. It is not known yet
+// while a tick is computed: the requested force and the damper of the previous tick stand in for it, and rendered() corrects
+// that. A display of springs, masses and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled
+// at 1 kHz count as lossless; the leak of holding its force for a tick (k |dx|^2 / 2) is left to the device's friction, because
+// otherwise every spring would be damped. Over skipped ticks the device held F_before, and that alone counts.
 //
-// The controller answers a deficit D = -E - kToleranceJ > 0 by F_damper, which has three parts. With f = F / |F|, F now the force
-// asked for, v_f = v . f and v_t = v - v_f f:
+// The controller answers a deficit D = -E - kToleranceJ > 0 by F_damper, which has three parts. With f = F / |F|, F now the
+// requested force, v_f = v . f and v_t = v - v_f f:
 //
 //     weaker     -w F                         w = (E_a - E - kFullJ) / (kMostJ - kFullJ) within [0, 1]
 //     along      -clamp(alpha v_f, -s |F|, s (1 - w) |F|) f          s = min(1, D / (kFullJ - E_h))
 //     across     -s beta v_t                  beta = min(alpha, P / |v_t|^2), where P > 0
 //
-// E_a = max(0, 2 ms F . dx / dt - kFullJ) is what a fast tool is given before what is shown now has been weighed: 8.5 N at
-// 0.5 m/s are 4 mJ in a tick. E_h = |F| v_f 1 ms within [0, kFullJ / 4] makes up for the half tick by which s comes late.
-// P = ((1 - w) |F| - alpha v_f) v_f is the power that is still given after the first two. Along: a damper that weakens a force
-// which pushes the hand along and strengthens one that resists, never by more than the force itself, so that it comes and goes
-// with the deficit and dies with the force. Across: a tool that orbits meets most of its force at right angles to its way, so
-// that v_f is small, a damper along f stops little, and the orbit grows; drag along v_t takes just what is given there. A tool
-// that slides under a force that gives nothing feels none. Weaker: what no damper can stop, because the motion is slower than
-// F / alpha, ends by itself: power falls with what is left of the allowance, and E stays above -kMostJ but for what one tick
-// brings. E regains kReturnW up to -kFullJ, or else a force would never be whole again: giving way to F costs a display
-// F^2 / 2 k at a hand of stiffness k. So the hand gets kMostJ at once and kReturnW from then on, and no more, whatever the patch:
-// also where a force comes back to a tool that went into the body while it felt nothing, and where another hand pushes this one
-// through the body. One that stands still feels the whole force again after (kMostJ - kFullJ) / kReturnW = 1.4 s.
+// E_a = max(0, 2 ms F . dx / dt - kFullJ) is the energy that a fast tool receives before the current force has been judged: 8.5 N
+// at 0.5 m/s are 4 mJ in a tick. E_h = |F| v_f 1 ms within [0, kFullJ / 4] compensates for s being half a tick late. P = ((1 - w)
+// |F| - alpha v_f) v_f is the power still given after the first two parts.
 //
-// v is the way of the last time T over T: the least in which the tool moved by kWayM, a part of a tick in it counted as a part,
-// at most kWindow ticks. A device reads its position in steps (0.03 mm for a Phantom), and a step in one tick is a speed of
-// 0.03 m/s that was not there; a busy machine reads it early or late. The estimate is T / 2 late, so alpha = m / (T + dt),
-// m = kDeviceKg: a quarter of what makes that much mass overshoot. What is not resolved of way and time by a share e changes
-// along and across by 2 e of them; so these go half of the way to what is written above in each tick, unless they would push the
-// tool along or be more than |F|. A Phantom's step changes F_damper by 8 %, and in a slow motion by alpha step / 2 T = 0.02 N; a
-// tick that is read 0.3 ms late, at 0.1 m/s, by 9 %.
+// Along: a damper that weakens a force which pushes the hand along and strengthens one that resists, never by more than the force
+// itself, so that it comes and goes with the deficit and vanishes with the force. Across: a tool that orbits meets most of its
+// force at right angles to its path, so that v_f is small, a damper along f stops little, and the orbit grows; drag along v_t
+// removes just the energy given there. A tool that slides under a force that gives no energy feels none of this drag. Weaker: a
+// motion that no damper can stop, because it is slower than F / alpha, ends by itself: the power falls with the remaining
+// allowance, and E stays above -kMostJ but for the energy of one tick. E regains kReturnW up to -kFullJ, because otherwise a
+// force would never be complete again: giving way to F costs a display F^2 / 2 k at a hand of stiffness k. So the hand gets
+// kMostJ at once and kReturnW from then on, and no more, whatever the patch: also where a force returns to a tool that entered
+// the body while it felt nothing, and where another hand pushes this one through the body. A hand that stands still feels the
+// whole force again after (kMostJ - kFullJ) / kReturnW = 1.4 s.
 //
-// Resting: after kRestTicks without force the display stores nothing that it could return, and E starts again from 0. E is
-// bounded by kEnergyMaxJ both ways, so that a long stroke does not pay for later instability.
+// v is the displacement over the last time T, divided by T: the shortest time in which the tool moved by kWayM, with a part of a
+// tick counted as a part, at most kWindow ticks. A device reads its position in steps (0.03 mm for a Phantom), and a step in one
+// tick looks like a speed of 0.03 m/s that was not there; a busy machine reads it early or late. The estimate is T / 2 late, so
+// alpha = m / (T + dt), m = kDeviceKg: a quarter of the value that makes that much mass overshoot. A relative error e of
+// displacement and time changes along and across by 2 e; so these move half of the way to the values above in each tick, unless
+// they would push the tool along or exceed |F|. A Phantom's step changes F_damper by 8 %, and in a slow motion by alpha step / 2
+// T = 0.02 N; a tick that is read 0.3 ms late, at 0.1 m/s, by 9 %.
+//
+// Rest: after kRestTicks without force the display stores nothing that it could return, and E starts again from 0. E is bounded
+// by kEnergyMaxJ both ways, so that a long stroke does not pay for later instability.
 #pragma once
 
 #include <array>
@@ -52,16 +54,16 @@ namespace palpate {
 
 class Passivity {
  public:
-  /// Observer. `force` and `dx` are finite; the tick took `dt_s` > 0.
+  /// Runs the observer. `force` and `dx` are finite; the tick lasted `dt_s` > 0.
   void observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept;
-  /// Controller: what to add to `force`, the one that was observed last; zero while E is in order. Once a tick.
+  /// Runs the controller: returns the force to add to `force`, the one observed last; zero while E is in order. Once a tick.
   Vec3 damper(const Vec3& force) noexcept;
-  /// What was rendered in the end, and how much of it was the damper's.
+  /// Reports the force finally rendered, and the damper's part of it.
   void rendered(const Vec3& force, const Vec3& damper) noexcept;
   void reset() noexcept;
   /// E [J].
   double energy_j() const noexcept { return energy_j_; }
-  /// What the damper took out of the hand's motion so far [J]; a reset does not change it.
+  /// Energy that the damper took out of the hand's motion so far [J]; a reset does not change it.
   double dissipated_j() const noexcept { return dissipated_j_; }
 
   static constexpr double kToleranceJ = 1e-5;  ///< 0.01 N over 1 mm
@@ -93,7 +95,7 @@ class Passivity {
   std::array<Step, kWindow> steps_{};
   std::size_t newest_ = 0;
   Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero(), drag_ = Vec3::Zero();
-  Vec3 expected_ = Vec3::Zero(), half_way_ = Vec3::Zero();  ///< of this tick: half_way_ is the part that counts with its force
+  Vec3 expected_ = Vec3::Zero(), half_way_ = Vec3::Zero();  ///< half_way_: displacement weighted with the force of this tick
   double energy_j_ = 0, dissipated_j_ = 0;
   int rest_ticks_ = 0;
 };

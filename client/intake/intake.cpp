@@ -75,9 +75,9 @@ bool PatchIntake::accept(const PatchTerms& piece) {
   return true;
 }
 
-/// Of a patch that is newer than the last one.
+/// Returns true when the seq of a patch that is newer than the last one is too far ahead.
 bool PatchIntake::leads_too_far(const Patch& patch, Micros now) const {
-  constexpr double kSlack = 1.25;  // clocks, and frames that were late
+  constexpr double kSlack = 1.25;  // for clocks and late frames
   if (counts_.accepted == 0) return false;
   const Micros since = std::max({now - last_came_, patch.stamp - patch_.stamp, Micros{}});
   return static_cast<double>(patch.seq - last_seq_) > kJumpFree + kSlack * rate_hz_ * seconds(since);
@@ -108,7 +108,7 @@ bool PatchIntake::before_is_truer(Micros now) const {
   return before_error_n_ * behind <= linear_error_n_;
 }
 
-/// What was handed over last with its terms, to the newest.
+/// Returns the distance from the patch last handed over with its terms to the newest one.
 std::int32_t PatchIntake::patches_behind() const { return static_cast<std::int32_t>(patch_.seq - nonlinear_->patch().seq); }
 
 void PatchIntake::compare(const PatchPlayer& nonlinear) {

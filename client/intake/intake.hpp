@@ -1,16 +1,15 @@
-// The network side of the hand-over: a checked patch comes in, is compiled and caught up with the client's own samples,
-// and leaves through a wait-free slot to the haptic thread; once more when the terms that go with it have come (scheme hyper).
+// The network side of the hand-over: a checked patch arrives, is compiled, is replayed over the client's own samples, and leaves
+// through a wait-free slot to the haptic thread; and again when its terms have arrived (scheme hyper).
 //
-// Until they have, a patch of scheme hyper is its linear part, and the nonlinear one before it may be truer, if older.
-// Whenever terms come, both are set beside the new nonlinear patch at the newest sample,
+// Until then a patch of scheme hyper is only its linear part, and the nonlinear patch before it may be more accurate although it
+// is older. Whenever terms arrive, both are compared with the new nonlinear patch at the newest sample,
 //     e_before = |f_before - f| / (patches it is behind),   e_linear = |f_linear - f|,   running means,
-// and the next patch is held back while e_before times the patches that the nonlinear one is then behind is at most e_linear,
-// for at most kBehindMost patches and no longer than the nonlinear one is valid.
+// and the next patch is held back while e_before times the number of patches that the nonlinear one is then behind is at most
+// e_linear, for at most kBehindMost patches and no longer than the nonlinear one is valid.
 //
-// A seq that leads further than patches can have been made is refused, or one datagram would make all that follow it old news:
-// with t the time that stamps or our clock have gone on since the last patch, and f the server's frames a second, it may lead by
-// kJumpFree + 1.25 f t.
-// Runs off the haptic thread; one writer.
+// A seq further ahead than any real patch is refused, because a single such datagram would make all later patches stale: with t
+// the time that stamps or our clock have advanced since the last patch, and f the server's frame rate, it may lead by kJumpFree +
+// 1.25 f t. Runs off the haptic thread; one writer.
 #pragma once
 
 #include <algorithm>
@@ -26,14 +25,14 @@
 
 namespace palpate {
 
-/// The client's own tool samples, newest last, bounded; what a patch is caught up with.
+/// The client's own tool samples, newest last, bounded; a patch is replayed over them.
 class SampleHistory {
  public:
   SampleHistory();
   void add(const ToolSample& sample);
   std::size_t size() const;
   const ToolSample& operator[](std::size_t age_from_oldest) const;
-  /// Index of the first sample later than `t`; size() when there is none.
+  /// Returns the index of the first sample later than `t`; size() when there is none.
   std::size_t first_after(Micros t) const;
   void clear();
 
@@ -44,42 +43,43 @@ class SampleHistory {
 
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
-  std::uint64_t jumped = 0;       ///< whose seq lead too far
-  std::uint64_t nonlinear = 0;    ///< patches that were played with their terms
-  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before, nonlinear, went on
-  std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, known, or of another whole
+  std::uint64_t jumped = 0;       ///< patches whose seq was too far ahead
+  std::uint64_t nonlinear = 0;    ///< patches played with their terms
+  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the nonlinear one before was still played
+  std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, duplicated, or from another patch
 };
 
 class PatchIntake {
  public:
-  static constexpr Micros kFutureMax{20'000};  ///< a stamp further ahead of our own clock than this is nonsense
-  /// A shadow's stamps come by way of its hand's link, whose two ways may differ by much more than its own way takes.
+  static constexpr Micros kFutureMax{20'000};  ///< limit beyond which a stamp ahead of our own clock is invalid
+  /// A shadow's stamps arrive by way of its hand's link, whose two directions may differ by much more than the shadow's own
+  /// delay.
   static constexpr Micros kShadowFutureMax{250'000};
   static constexpr int kJumpFree = 8;
   static constexpr Micros kStoodMost{3'000'000};
   explicit PatchIntake(LatestSlot<PatchPlayer>& slot, Micros future_max = kFutureMax) : slot_(slot), future_max_(future_max) {}
-  /// Every sample of the haptic thread, in order.
+  /// Adds a sample of the haptic thread: each one, in order.
   void add_sample(const ToolSample& sample) { history_.add(sample); }
   const SampleHistory& history() const { return history_; }
-  /// Frames a second of the server, kMaxRateHz before the first call.
+  /// Sets the frame rate of the server [1/s], kMaxRateHz before the first call.
   void expect(double rate_hz) { rate_hz_ = rate_hz; }
-  /// Our clock stood still for so long (a machine that slept): the server's numbers went on meanwhile. Of more than kStoodMost no
-  /// session is left.
+  /// Notes that our clock stood still for this long (the machine slept) while the server's numbers advanced. No session survives
+  /// more than kStoodMost.
   void stood_still(Micros time) { last_came_ -= std::min(time, kStoodMost); }
-  /// Takes a patch that passed check(): false (and counted) when it is not newer than the last one, leads too far, is older than
-  /// the history, or from the future. `now` is the clock of the samples; the newest of them may be older, after this side stood
-  /// still.
+  /// Accepts a patch that passed check(). Returns false (and counts) when it is not newer than the last one, leads too far, is
+  /// older than the history, or is from the future. `now` is on the clock of the samples; the newest sample may be older, after
+  /// this side stood still.
   bool accept(const Patch& patch, Micros now);
-  /// Takes a piece of the terms of a patch, before or after the patch itself. When the last one is there the patch is compiled
-  /// anew with them, caught up and handed over like a new one; until then, and for ever when one is lost, it plays without, or
-  /// the one before goes on.
+  /// Accepts a piece of the terms of a patch, before or after the patch itself. With the last piece the patch is recompiled with
+  /// its terms, replayed and handed over like a new one. Until then, or for good when a piece is lost, the patch plays without
+  /// terms, or the one before is still played.
   bool accept(const PatchTerms& piece);
-  /// A new server process or station: sequence numbers start over.
+  /// Prepares for a new server process or station: sequence numbers start over.
   void reset();
   const IntakeCounts& counts() const { return counts_; }
-  /// seq of the patch that was handed over last; 0 when none was since reset(), or one whose terms are not all there.
+  /// Returns the seq of the patch handed over last; 0 when none was since reset(), or when its terms are incomplete.
   std::uint32_t playing() const { return playing_; }
-  /// What came of the terms that patches are sent with.
+  /// The state of the terms of patches.
   const TermsAssembly& terms() const { return terms_; }
 
  private:
@@ -95,13 +95,13 @@ class PatchIntake {
   LatestSlot<PatchPlayer>& slot_;
   Micros future_max_;
   SampleHistory history_;
-  Patch patch_;  ///< the last one that was accepted
+  Patch patch_;  ///< last accepted patch
   TermsAssembly terms_;
   std::uint32_t last_seq_ = 0, playing_ = 0;
   double rate_hz_ = kMaxRateHz;
   Micros last_came_{};
-  std::optional<PatchPlayer> nonlinear_;  ///< what was handed over last with its terms
-  bool nonlinear_plays_ = false;          ///< and nothing since
+  std::optional<PatchPlayer> nonlinear_;  ///< the patch handed over last with its terms
+  bool nonlinear_plays_ = false;          ///< true: nothing was handed over since `nonlinear_`
   double before_error_n_ = 0, linear_error_n_ = 0;
   IntakeCounts counts_;
 };

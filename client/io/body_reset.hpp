@@ -1,4 +1,4 @@
-// Has a server put its body back to rest, from outside: joins as a viewer, asks, and goes when it is done.
+// Resets a server's body to rest from outside a session: joins as a viewer, asks, and leaves when it is done.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,8 @@
 
 namespace palpate {
 
-/// What was in the way; empty: it is done. `server` is HOST:PORT (InputError when it is not). Ends early once `stop` is set.
+/// Returns the reason for a failure; empty on success. `server` is HOST:PORT (InputError when it is not). Ends early once `stop`
+/// is set.
 std::string reset_body(const std::string& server, const std::string& station, const std::string& room, Micros longest,
                        const std::atomic<bool>& stop, const std::optional<ClientKeys>& keys = {});
 

@@ -14,13 +14,13 @@ namespace palpate {
 namespace {
 
 constexpr std::uint64_t kSecondTicks = 1000;
-constexpr double kTestMostN = 0.5, kTestShare = 0.25;  // of the force that its motors can hold
-constexpr double kTestRiseNTick = 0.005;               // 5 N/s: felt as a push, not as a knock
+constexpr double kTestMostN = 0.5, kTestShare = 0.25;  // kTestShare: of the force that the motors can hold
+constexpr double kTestRiseNTick = 0.005;               // 5 N/s: feels like a push, not a knock
 constexpr double kYieldM = 0.0005;
 constexpr Micros kPushTime{1'000'000}, kRestTime{500'000}, kMeanTime{200'000}, kPollDevice{2'000};
 constexpr double kLateShareMax = 0.01, kSkippedShareMax = 0.001;
 
-/// Least of the ranges that a coordinate had within a second.
+/// Least range of a coordinate within a second.
 class Stillness {
  public:
   void add(const Vec3& position) noexcept {
@@ -40,7 +40,7 @@ class Stillness {
 
 }  // namespace
 
-/// The device, watched, and pushed when asked to.
+/// The device, observed, and pushed on request.
 class DeviceCheck::Probe final : public Device {
  public:
   explicit Probe(Device& device) : device_(device) {}
@@ -68,13 +68,13 @@ class DeviceCheck::Probe final : public Device {
     device_.resume();
   }
 
-  // the other thread's
+  // functions of the other thread
   const DeviceReading* newest() { return newest_.take(); }
   void aim(const Vec3& force) {
     targets_.back() = force;
     targets_.publish();
   }
-  /// After the loop.
+  /// Fills in the figures. After the loop.
   void report(DeviceFigures& figures) const {
     figures.seconds = static_cast<double>(watched_) / static_cast<double>(kSecondTicks);
     figures.step_m = step_ < std::numeric_limits<double>::infinity() ? step_ : 0;
@@ -110,7 +110,7 @@ class DeviceCheck::Probe final : public Device {
   LatestSlot<Vec3> targets_;
 };
 
-/// A display that never gets a patch: its force is zero.
+/// A display that never receives a patch: its force is zero.
 struct DeviceCheck::Display {
   LatestSlot<PatchPlayer> patches;
   SampleRing samples;
@@ -134,7 +134,7 @@ bool DeviceCheck::running() const { return loop_->running(); }
 double DeviceCheck::test_force_n() const { return std::min(kTestMostN, kTestShare * probe_->caps().force_continuous_n); }
 
 Yield DeviceCheck::push(int axis, const std::atomic<bool>& stop) {
-  /// Where the tool is on that axis in the mean over the last kMeanTime of `time`.
+  /// Returns the mean position on that axis over the last kMeanTime of `time`.
   const auto place_after = [&](Micros time) {
     const Micros begin = monotonic_now();
     double sum = 0;
@@ -187,7 +187,7 @@ bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop
 
 namespace {
 
-/// The histogram of lateness, a row for each decade and its half; bars grow with the logarithm, so that a single tick is seen.
+/// Returns the histogram of lateness, with two rows per decade; bars are logarithmic, so that a single tick is visible.
 std::string lateness_rows(const DeviceFigures& f) {
   constexpr std::array<std::int64_t, 9> kEdgesUs{0, 10, 20, 50, 100, 200, 500, 1000, 10'000};
   constexpr double kMarksPerDecade = 8;

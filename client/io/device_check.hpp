@@ -1,8 +1,9 @@
-// Whether a device and this machine serve, without a server: a trial of some seconds over the real 1 kHz loop, and a force test.
+// Tests a device and this machine without a server: a trial of some seconds with the real 1 kHz loop, and a force test.
 //
-// The trial writes zero force and watches: how late ticks are, in what steps the position comes, how much it moves while nobody
-// moves it (its stillest second), where it has been, which buttons were pressed. The force test pushes one axis after the other,
-// small and slowly grown, and looks where the hand yields: along the push, or against it, which is a sign that is wrong.
+// The trial writes zero force and measures how late ticks are, the step size of the position, its noise while nobody moves the
+// device (in its stillest second), the range it covered, and the buttons that were pressed. The force test pushes one axis after
+// the other, with a small force that grows slowly, and observes in which direction the hand yields: along the push, or against
+// it, which means a wrong sign.
 #pragma once
 
 #include <array>
@@ -19,31 +20,31 @@ namespace palpate {
 
 struct DeviceFigures {
   std::uint64_t ticks = 0, late_ticks = 0, skipped_ticks = 0;  ///< late: by more than 0.2 ms
-  Histogram<10'000> late_us{1};                                ///< from due to awake
-  double rate_hz = 0;                                          ///< ticks a second by the clock
-  double seconds = 0;                                          ///< that it was ok for
+  Histogram<10'000> late_us{1};                                ///< delay from due to awake
+  double rate_hz = 0;                                          ///< ticks per second of the clock
+  double seconds = 0;                                          ///< time for which it was ok
   double step_m = 0;            ///< smallest change of a coordinate between two readings; 0: it never changed
-  Vec3 noise_m = Vec3::Zero();  ///< peak to peak in the stillest second, per axis
-  Eigen::AlignedBox3d reached;  ///< where the tool has been, W's axes
-  std::uint32_t buttons = 0;    ///< that were pressed at some time
+  Vec3 noise_m = Vec3::Zero();  ///< peak to peak noise in the stillest second, per axis
+  Eigen::AlignedBox3d reached;  ///< range that the tool covered, W's axes
+  std::uint32_t buttons = 0;    ///< those that were pressed at least once
   DeviceState state = DeviceState::gone;
-  std::string reason;  ///< why it was not ok at the end
+  std::string reason;  ///< reason why it was not ok at the end
 };
 
-/// What the force test found of one axis.
+/// Result of the force test for one axis.
 enum class Yield : std::uint8_t { along, against, not_at_all };
 
 class DeviceCheck {
  public:
-  /// `device` is ready. The loop runs from here on.
+  /// Starts the loop. `device` is ready.
   DeviceCheck(Device& device, bool realtime);
   ~DeviceCheck();
 
-  /// Newest reading, once each; nullptr when there is no newer one. The thread that made this.
+  /// Returns the newest reading, each one once; nullptr when there is no newer one. Called by the constructing thread.
   const DeviceReading* newest();
   bool running() const;
-  /// The tool is pushed along `axis` (0 x, 1 y, 2 z) with test_force_n() for a second. Waits that long; early when the device is
-  /// not ok or `stop` is set.
+  /// Pushes the tool along `axis` (0 x, 1 y, 2 z) with test_force_n() for a second. Blocks for that time; returns early when the
+  /// device is not ok or `stop` is set.
   Yield push(int axis, const std::atomic<bool>& stop);
   double test_force_n() const;
   /// Ends the loop.
@@ -58,13 +59,14 @@ class DeviceCheck {
   Micros begin_{};
 };
 
-/// Waits until `device` is ok, reading it, and says each new reason why it is not. False when `stop` was set or `most` went by.
+/// Waits until `device` is ok, reading it, and passes every new reason why it is not to `say`. Returns false when `stop` was set
+/// or after `most`.
 bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop,
                       const std::function<void(const DeviceReading&)>& say);
 
-/// Numbers as a table, with the histogram of lateness.
+/// Returns the figures as a table, with the histogram of lateness.
 std::string describe(const DeviceFigures& figures, const DeviceCaps& caps);
-/// What does not serve, a line each; empty: all does.
+/// Returns the deficits, one line each; empty: all is well.
 std::vector<std::string> faults_of(const DeviceFigures& figures, const DeviceCaps& caps);
 
 }  // namespace palpate

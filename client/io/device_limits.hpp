@@ -1,4 +1,4 @@
-// What the guard holds a device to, out of what the device says that it can do.
+// The limits of the guard for a device, from the device's reported capabilities.
 #pragma once
 
 #include "client/device/device.hpp"
@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-/// Throws InputError, naming what is missing, for a device that renders a force and does not say peak and continuous force, slew,
-/// stiffness, speed and workspace: without limits nothing is rendered. A device that renders none may leave all of them out.
+/// Throws InputError, naming the missing values, for a device that renders a force and does not report peak and continuous force,
+/// slew, stiffness, speed and workspace: nothing is rendered without limits. A device without force may omit all of them.
 GuardLimits limits_of(const DeviceCaps& caps, PassivityMode passivity);
 
 }  // namespace palpate

@@ -24,12 +24,11 @@ void set_stop_flag() noexcept {
 void on_end(int) noexcept { set_stop_flag(); }
 
 void on_crash(int signal, siginfo_t* about, void*) noexcept {
-  // Sent by another: nothing is wrong here. What the kernel or this process itself raised is.
+  // Sent by another process: no fault here, unlike a signal raised by the kernel or by this process itself.
   if (about->si_code <= 0 && about->si_pid != ::getpid()) return set_stop_flag();
   for (const auto& entry : crash_stops)
     if (CrashStop* const stop = entry.load()) stop->stop_in_crash();
-  // The handler is the default again (SA_RESETHAND): the instruction that failed fails once more. What was raised is raised
-  // again.
+  // The handler is the default again (SA_RESETHAND): a faulting instruction faults once more; a raised signal is raised again.
   if (about->si_code <= 0) ::raise(signal);
 }
 

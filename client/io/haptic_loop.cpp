@@ -94,7 +94,7 @@ void HapticLoop::loop() noexcept {
       displays_.front()->note_late();
     }
     if (lateness > kVeryLate) ++stats_.very_late;
-    // A tick slept through is gone: the device is read for the newest moment that is due.
+    // Skip ticks that were slept through: the device is read for the newest moment that is due.
     const auto slept_through = lateness / kTick;
     stats_.skipped += static_cast<std::uint64_t>(slept_through);
     due += slept_through * kTick;
@@ -109,7 +109,7 @@ void HapticLoop::loop() noexcept {
   make_safe(due);
 }
 
-/// False when the motion has ended.
+/// Runs a tick. Returns false when the motion has ended.
 bool HapticLoop::tick(Micros due) noexcept {
   const std::int64_t begin_ns = now_ns();
   watchdog_.tick(monotonic_now());
@@ -159,7 +159,7 @@ bool HapticLoop::tick(Micros due) noexcept {
   return true;
 }
 
-/// The device took its force away by itself, and where its tool is nobody knows.
+/// Handles a device that switched its force off by itself: the position of its tool is unknown.
 void HapticLoop::stay_away(const DeviceReading& reading) noexcept {
   was_away_ = true;
   ++stats_.away;
@@ -168,20 +168,20 @@ void HapticLoop::stay_away(const DeviceReading& reading) noexcept {
   note(reading.state, reading.reason);
 }
 
-/// Down over kRampTicks while not `shown`, up over Guard::kRampTicks.
+/// Fades out over kRampTicks while not `shown`, in over Guard::kRampTicks.
 Vec3 HapticLoop::faded(const Vec3& force, bool shown) noexcept {
   share_ = std::clamp(share_ + (shown ? 1.0 / Guard::kRampTicks : -1.0 / kRampTicks), 0.0, 1.0);
   return share_ * force;
 }
 
-/// Of what the displays say nothing is shown yet; the device shows what was written last where it `holds` that.
+/// Restarts the displays' force at zero; `holds`: the device still shows the force written last.
 void HapticLoop::begin_again(bool holds) noexcept {
   displays_.front()->restart();
   held_ = force_;
   held_ticks_ = holds ? kRampTicks : 0;
 }
 
-/// Of the force that the device was left with.
+/// Returns the remaining part of the force that the device was left with.
 Vec3 HapticLoop::left_over() noexcept {
   if (held_ticks_ == 0) return Vec3::Zero();
   return (static_cast<double>(--held_ticks_) / kRampTicks) * held_;

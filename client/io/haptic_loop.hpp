@@ -1,27 +1,27 @@
 // The 1 kHz loop of a real device, on a thread of its own.
 //
 // Tick n is due at t_0 + n ms of CLOCK_MONOTONIC (the client's clock, common/io/monotonic.hpp). The thread sleeps until then
-// (absolute time, so that lateness never adds up), reads the device, runs the displays and writes the force of the main one. A
-// tick that is due before the one in hand is done is skipped, never made up for by running two in a row.
+// (absolute time, so that lateness never accumulates), reads the device, runs the displays and writes the force of the main one.
+// A tick that is due before the current one is done is skipped; two are never run in a row to make up.
 //
-// Displays after the first are comparisons on the same hand: they get the same samples, their force is only recorded. All are
-// held to the limits of the device (device_limits.hpp), which one that renders a force must have.
+// Displays after the first are comparisons on the same hand: they receive the same samples, and their force is only recorded. All
+// are limited to the capabilities of the device (device_limits.hpp), which a device that renders a force must report.
 //
-// When the force is zero, whatever the displays say:
-//     the device is not ok (not ready, at fault, gone): nothing is read of it and nothing written, until it is ok again
-//     its positions cannot be believed (reading_check.hpp): from a jump on at once, otherwise faded over kRampTicks
+// The force is zero, whatever the displays request, while
+//     the device is not ok (not ready, at fault, gone): its readings are ignored and nothing is written, until it is ok again
+//     its positions are not plausible (reading_check.hpp): at once after a jump, otherwise faded over kRampTicks
 //     hold(true): faded over kRampTicks
 //     ticks stopped for longer than the watchdog waits (watchdog.hpp)
-// After each of them, and after a gap of more than Guard::kGapMaxS, the force begins at zero (HapticTick::restart). What the
-// device still holds from before a gap or a jump, having no watchdog of its own or none that was due, goes to zero over
-// kRampTicks beside it.
+// After each of these, and after a gap of more than Guard::kGapMaxS, the force begins at zero (HapticTick::restart). A force that
+// the device still holds from before a gap or a jump, without a watchdog of its own that was due, is added and goes to zero over
+// kRampTicks.
 //
-// Ways out: stop(), or a motion that ends. On both the force first goes to zero over kRampTicks (but not that of a motion that
-// has ended), then Device::stop() is called. A device that does not come back from a call within kStopMost is halted and left
-// behind: then stuck() is true, and the program should end without waiting for it. A program that falls (end_signals.hpp) ramps
-// and stops too, from the handler of the signal, or halts the device where the loop's own thread fell.
+// The loop ends by stop(), or at the end of a motion. In both cases the force first goes to zero over kRampTicks (but not at the
+// end of a motion), then Device::stop() is called. A device that does not return from a call within kStopMost is halted and
+// abandoned: then stuck() is true, and the program should end without waiting for it. A program that crashes (end_signals.hpp)
+// ramps and stops too, from the signal handler, or halts the device where the loop's own thread crashed.
 //
-// Inside the loop nothing is allocated, locked, logged or thrown.
+// Inside the loop nothing allocates, locks, logs or throws.
 #pragma once
 
 #include <atomic>
@@ -43,30 +43,30 @@
 namespace palpate {
 
 struct HapticLoopOptions {
-  bool realtime = true;          ///< ask the operating system for it
-  std::size_t record_ticks = 0;  ///< rows of the recorder's ring: how far its reader may fall behind; 0: nobody reads it
+  bool realtime = true;          ///< true: request real time from the operating system
+  std::size_t record_ticks = 0;  ///< rows of the recorder's ring: the lag that its reader may have; 0: there is no reader
   PassivityMode passivity = PassivityMode::on;
 };
 
-/// Written by the loop, to be read after it has ended.
+/// Written by the loop, readable after it has ended.
 struct HapticLoopStats {
   std::uint64_t ticks = 0;
-  std::uint64_t late = 0, very_late = 0;  ///< woken more than 200 us, more than 1 ms after they were due
+  std::uint64_t late = 0, very_late = 0;  ///< ticks that woke more than 200 us, more than 1 ms late
   std::uint64_t skipped = 0;              ///< ticks that never ran
   std::uint64_t away = 0;                 ///< ticks in which the device was not ok
-  std::uint64_t not_believed = 0;         ///< ticks whose position could not be believed
-  std::uint64_t halts = 0;                ///< times that the watchdog took the force away
+  std::uint64_t not_believed = 0;         ///< ticks with an implausible position
+  std::uint64_t halts = 0;                ///< times that the watchdog switched the force off
   double force_max_n = 0;
   bool device_ended = false;
-  Histogram<10'000> late_us{1};    ///< from due to awake
+  Histogram<10'000> late_us{1};    ///< delay from due to awake
   Histogram<10'000> tick_ns{20};   ///< HapticTick::tick of the main display
-  Histogram<10'000> work_ns{200};  ///< the whole tick: device, all displays, recorder
+  Histogram<10'000> work_ns{200};  ///< the complete tick: device, all displays, recorder
 };
 
-/// How the device does, for a person.
+/// State of the device, for a person.
 struct DeviceNote {
   DeviceState state = DeviceState::ok;
-  DeviceReason reason;  ///< why it is not ok, or why its positions are not believed: then the state is `fault`
+  DeviceReason reason;  ///< why it is not ok, or why its positions are implausible: then the state is `fault`
 };
 
 class HapticLoop final : private CrashStop {
@@ -74,35 +74,35 @@ class HapticLoop final : private CrashStop {
   static constexpr int kRampTicks = 20;
   static constexpr Micros kStopMost{500'000};
 
-  /// `displays` is not empty; the first one is felt. Everything outlives the loop. Throws InputError when the device renders a
-  /// force and does not say its limits.
+  /// `displays` is not empty; the first one is felt. All arguments outlive the loop. Throws InputError when the device renders a
+  /// force but does not report its limits.
   HapticLoop(Device& device, std::vector<HapticTick*> displays, const HapticLoopOptions& options);
   ~HapticLoop() override;
 
-  /// Starts the thread and returns once it runs; what real-time properties it got.
+  /// Starts the thread and returns, once it runs, the real-time properties that were granted.
   RealtimeStatus start();
-  /// Makes the device safe and ends the thread. Harmless when it has ended.
+  /// Makes the device safe and ends the thread. No effect when it has ended.
   void stop();
-  /// After stop(): the thread hangs in the device, which was halted. Destroying the loop waits for it.
+  /// After stop(): true when the thread hangs in the device, which was halted. Destroying the loop waits for it.
   bool stuck() const noexcept { return stuck_; }
-  /// Fades the force to zero and keeps it there, or lets it come back. Any thread.
+  /// Fades the force to zero and keeps it there, or fades it in again. Any thread.
   void hold(bool on) noexcept { hold_.store(on, std::memory_order_relaxed); }
-  /// The force that was written last is zero. Any thread.
+  /// True when the force written last is zero. Any thread.
   bool at_zero() const noexcept { return at_zero_.load(std::memory_order_acquire); }
 
-  /// A moment at which a tick is due, the first one at least `after` from now: where to start a motion. While the loop runs. Any
-  /// thread.
+  /// Returns a moment at which a tick is due, the first one at least `after` from now, as the start of a motion. While the loop
+  /// runs. Any thread.
   Micros due_after(Micros after) const noexcept;
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
-  /// How many displays have a patch, 0 while the felt one has none. Any thread.
+  /// Number of displays with a patch, 0 while the felt one has none. Any thread.
   int displays_with_patch() const noexcept { return with_patch_.load(std::memory_order_acquire); }
-  /// The newest change since the last call, or nullptr. One thread.
+  /// Returns the newest change since the last call, or nullptr. One thread.
   const DeviceNote* changed() { return notes_.take(); }
-  /// How often the watchdog took the force away. Any thread.
+  /// Number of times that the watchdog switched the force off. Any thread.
   std::uint32_t halts() const noexcept { return watchdog_.halts(); }
-  /// After stop().
+  /// Statistics, valid after stop().
   const HapticLoopStats& stats() const { return stats_; }
-  /// Every tick, for one reader; any time.
+  /// Rows of every tick, for one reader; at any time.
   Recorder& recorder() { return recorder_; }
 
  private:
@@ -129,11 +129,11 @@ class HapticLoop final : private CrashStop {
   HapticLoopStats stats_;
   RealtimeStatus realtime_;
   Vec3 force_ = Vec3::Zero();
-  double share_ = 1;          ///< of the force, less while it fades
-  Vec3 held_ = Vec3::Zero();  ///< that the device was left with, and for how many ticks more some of it is
+  double share_ = 1;          ///< scale of the force, below 1 while it fades
+  Vec3 held_ = Vec3::Zero();  ///< force that the device was left with; part of it remains for held_ticks_ more ticks
   int held_ticks_ = 0;
   Micros last_due_{};
-  bool was_away_ = false;  ///< the device was not ok in the last tick
+  bool was_away_ = false;  ///< true: the device was not ok in the last tick
   DeviceNote noted_;
   LatestSlot<DeviceNote> notes_;
   Watchdog watchdog_;

@@ -1,4 +1,4 @@
-// Counts of a quantity in bins of equal width, of fixed size: percentiles of a long run without allocating.
+// Counts of a quantity in bins of equal width, of fixed size: percentiles of a long run without allocation.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Values from 0 on; those beyond the last bin are counted in it, the largest value is kept exactly.
+/// Values from 0; those beyond the last bin are counted in it, and the largest value is kept exactly.
 template <std::size_t kBins>
 class Histogram {
  public:
@@ -24,7 +24,7 @@ class Histogram {
   std::uint64_t count() const noexcept { return count_; }
   std::int64_t max() const noexcept { return max_; }
 
-  /// How many values lie in the bins that end at or below `value`: those below it, when it is an edge. All, from the last bin on.
+  /// Number of values in the bins that end at or below `value`: those below it, when it is an edge. All, from the last bin on.
   std::uint64_t below(std::int64_t value) const noexcept {
     const auto bins = static_cast<std::size_t>(std::max<std::int64_t>(value, 0) / width_);
     if (bins >= kBins) return count_;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr Micros kPoll{10'000};
 
-/// What the network thread sees, one datagram after the other. Read after the thread has ended.
+/// Counts of the network thread, datagram by datagram. Read after the thread has ended.
 struct Seen {
   Histogram<20'000> rtt_us{100};
   double rtt_least_ms = 0, up_share_sum = 0;
@@ -106,12 +106,12 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
 
 namespace {
 
-// Beyond these a link or a machine is said not to serve, or to be felt. They are a choice, not derived from a measurement.
+// Limits beyond which a link or a machine is reported as too bad, or as noticeable. A choice, not derived from a measurement.
 constexpr double kLossMost = 0.3, kLossFelt = 0.1;
 constexpr double kAgeMostMs = 1000, kAgeFeltMs = 300;
-constexpr double kPauseMostMs = 500;   ///< without a patch: the force has faded
-constexpr double kSkippedMost = 0.01;  ///< of the ticks
-constexpr double kLateFelt = 0.05;     ///< of the ticks, by more than 0.2 ms
+constexpr double kPauseMostMs = 500;   ///< pause without a patch after which the force has faded
+constexpr double kSkippedMost = 0.01;  ///< share of the ticks
+constexpr double kLateFelt = 0.05;     ///< share of the ticks that are late by more than 0.2 ms
 
 class Judge {
  public:
@@ -129,7 +129,7 @@ class Judge {
     if (f_.up.share > kLossMost)
       say(fmt::format("about {:.0f} of {:.0f} kbit/s get through to the server", (1 - f_.up.share) * f_.uplink_kbit_s,
                       f_.uplink_kbit_s));
-    // About as many datagrams come a frame as the server sends; a run of losses lasts so many frames.
+    // About as many datagrams arrive per frame as the server sends, so a run of losses lasts that many frames.
     loss("from the server", f_.down, f_.datagrams_down_s > 0 ? 1e3 * f_.down.longest_run / f_.datagrams_down_s : 0);
     machine();
     settings();
@@ -176,7 +176,7 @@ class Judge {
                       f_.late_ticks, all));
   }
 
-  /// A frame should add less to the age than half the round trip does, within what servers do.
+  /// Recommends settings: a frame should add less to the age than half the round trip, within the rates of servers.
   void settings() {
     if (!v_.link_serves) return;
     constexpr double kRateLeastHz = 20, kRateMostHz = 60;

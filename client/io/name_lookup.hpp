@@ -1,6 +1,6 @@
-// Asks for the address of a name without making anybody wait: not the thread that asks, nor the end of the program.
+// Resolves the address of a name without blocking: neither the calling thread nor the end of the program waits.
 //
-// The resolver of the C library may take tens of seconds and cannot be called off, so it runs on a thread that nobody joins.
+// The resolver of the C library may take tens of seconds and cannot be cancelled, so it runs on a detached thread.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@ namespace palpate {
 
 class NameLookup {
  public:
-  using Ask = std::function<UdpEndpoint(const std::string& name)>;  ///< InputError when there is no such name
+  using Ask = std::function<UdpEndpoint(const std::string& name)>;  ///< throws InputError when there is no such name
 
   explicit NameLookup(Ask ask) : ask_(std::move(ask)) {}
 
@@ -34,7 +34,7 @@ class NameLookup {
       }
     }).detach();
   }
-  /// What came of the last begin(), once, when it is there; no address where the name has none.
+  /// Returns the result of the last begin(), once, when it is there; no address where the name has none.
   std::optional<std::optional<UdpEndpoint>> take() {
     if (!busy() || answer_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
     return answer_.get();

@@ -27,7 +27,7 @@ ReadingCheck::ReadingCheck(const DeviceCaps& caps)
 }
 
 ReadingFault ReadingCheck::look(const Vec3& position, Micros t, double force_n) noexcept {
-  if (!felt_ || !position.allFinite()) return ReadingFault::none;  // the tick leaves out what is no number
+  if (!felt_ || !position.allFinite()) return ReadingFault::none;  // the tick ignores positions that are not finite
   const bool first = !std::exchange(seen_, true);
   const Vec3 way = first ? Vec3::Zero() : Vec3(position - last_);
   const double passed_s = first ? 1e-3 : std::max(1e-3, seconds(t - last_t_));

@@ -1,10 +1,9 @@
-// Whether the positions of a device that says it is well can be believed. For devices that render a force; the haptic thread.
+// Checks the positions of a device that reports no fault. For devices that render a force; haptic thread.
 //
-//     jumped   it moved further in the tick than kJump times what its largest speed allows
+//     jumped   it moved further in the tick than kJump times its largest speed allows
 //     outside  it is beyond its workspace by more than kMargin of the workspace's size
-//     frozen   it has moved before, and now not by a bit for kFrozenTicks while it was pushed with more than kPushedN: a hand
-//     that
-//              holds a tool trembles by more than what an encoder resolves, so nobody is at the other end, or nothing is measured
+//     frozen   it has moved before, but is bit-identical for kFrozenTicks while pushed with more than kPushedN: a hand that holds
+//              a tool trembles by more than the encoder's resolution, so nobody holds it, or nothing is measured
 #pragma once
 
 #include <string_view>
@@ -14,7 +13,7 @@
 namespace palpate {
 
 enum class ReadingFault : std::uint8_t { none, jumped, outside, frozen };
-/// In words, as a DeviceReason.
+/// Describes the fault in words, as a DeviceReason.
 std::string_view describe(ReadingFault fault) noexcept;
 
 class ReadingCheck {
@@ -23,9 +22,9 @@ class ReadingCheck {
   static constexpr int kFrozenTicks = 250;
 
   explicit ReadingCheck(const DeviceCaps& caps);
-  /// `force_n`: what was written last. Ticks that did not run are taken for one.
+  /// Checks a position. `force_n`: the force written last. Skipped ticks count as one.
   ReadingFault look(const Vec3& position, Micros t, double force_n) noexcept;
-  /// The device was away: what comes next is its first reading.
+  /// Restarts after the device was away: the next reading is its first one.
   void restart() noexcept { seen_ = false; }
 
  private:

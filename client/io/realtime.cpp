@@ -8,7 +8,7 @@
 namespace palpate {
 
 namespace {
-// Above ordinary interrupt-free work, below the kernel's own threads (50 is where threaded interrupts run).
+// Above ordinary programs, below the kernel's own threads (threaded interrupts run at 50).
 constexpr int kPriority = 49;
 }  // namespace
 

@@ -1,5 +1,5 @@
-// What a 1 kHz thread asks of the operating system: a place in front of other programs, memory that is not paged out, and
-// timers that are not rounded. Each may be denied; what was granted is said, never assumed.
+// Real-time properties that a 1 kHz thread requests from the operating system: priority over other programs, memory that is not
+// paged out, and timers that are not rounded. Each may be denied; what was granted is reported, never assumed.
 #pragma once
 
 #include <string>
@@ -14,15 +14,15 @@ struct RealtimeStatus {
   bool granted() const { return priority && memory_locked && precise_timers; }
 };
 
-/// For the calling thread (memory: the whole process), `above` steps in front of other 1 kHz threads. Does not throw; call before
-/// the loop, it may take milliseconds.
+/// Requests them for the calling thread (memory: the whole process), `above` priority steps over other 1 kHz threads. Does not
+/// throw; call before the loop, because it may take milliseconds.
 RealtimeStatus request_realtime(int above = 0) noexcept;
 
-/// What threads of a device call first: request_realtime(), or nothing (null) where it is not wanted.
+/// First call of a device's threads: request_realtime(), or nothing (null) where real time is not wanted.
 using ThreadSetup = void (*)();
 ThreadSetup realtime_setup(bool wanted) noexcept;
 
-/// One line for a person: what was denied and what to do about it; "real time: granted" or "real time: off".
+/// Returns a line for a person: what was denied and the remedy; "real time: granted" or "real time: off".
 std::string describe(const RealtimeStatus& status);
 
 }  // namespace palpate

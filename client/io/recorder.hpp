@@ -1,5 +1,5 @@
-// Carries what the hand felt in every tick from the haptic thread to whoever keeps it: one main display and any number of
-// comparison displays. A wait-free ring of rows in memory taken at the start; one writer, one reader.
+// Passes the felt forces of every tick from the haptic thread to a reader: one main display and any number of comparison
+// displays. A wait-free ring of rows in memory allocated at the start; one writer, one reader.
 #pragma once
 
 #include <algorithm>
@@ -21,10 +21,10 @@ struct DisplayRecord {
 struct TickRecord {
   Micros t{};  ///< client's clock
   Vec3 position = Vec3::Zero();
-  Vec3 model_force = Vec3::Zero();  ///< of the main display, before its guard [N]
+  Vec3 model_force = Vec3::Zero();  ///< force of the main display before its guard [N]
   Micros patch_age{};
   bool has_patch = false;
-  bool swapped = false;  ///< a new patch took over, with this step before the cross-fade
+  bool swapped = false;  ///< true: a new patch took over, with the step `step_n` before the cross-fade
   double step_n = 0;
   Orientation orientation = {};
   std::uint32_t buttons = 0;
@@ -32,11 +32,12 @@ struct TickRecord {
 
 class Recorder {
  public:
-  /// Room for `ticks` ticks of `displays` displays, touched now so that no page is fetched later.
+  /// Allocates room for `ticks` ticks of `displays` displays, and touches it so that no page fault follows later.
   Recorder(std::size_t ticks, std::size_t displays) : ticks_(ticks), displays_(ticks * displays), width_(displays) {}
 
-  // The haptic thread.
-  /// Starts a row; false (and counted) when the reader is behind by the whole ring. Without room for any: nobody wants rows.
+  // functions of the haptic thread
+  /// Starts a row; false (and counted) when the reader is behind by the whole ring. Always false without room: there is no
+  /// reader.
   bool begin(const TickRecord& tick) noexcept {
     if (ticks_.empty()) return false;
     if (begun_ - taken_.load(std::memory_order_acquire) == ticks_.size()) {
@@ -46,15 +47,15 @@ class Recorder {
     ticks_[begun_ % ticks_.size()] = tick;
     return true;
   }
-  /// Display `index` of the row begun last.
+  /// Sets display `index` of the row begun last.
   void set(std::size_t index, const DisplayRecord& record) noexcept {
     displays_[begun_ % ticks_.size() * width_ + index] = record;
   }
-  /// The row is whole.
+  /// Publishes the row.
   void end() noexcept { written_.store(++begun_, std::memory_order_release); }
 
-  // The reader.
-  /// The oldest row; false when there is none. `displays` has room for all of them.
+  // functions of the reader
+  /// Pops the oldest row; false when there is none. `displays` has room for all of them.
   bool take(TickRecord& tick, std::span<DisplayRecord> displays) {
     const std::size_t at = taken_.load(std::memory_order_relaxed);
     if (at == written_.load(std::memory_order_acquire)) return false;

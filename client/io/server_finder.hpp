@@ -1,15 +1,15 @@
-// When a client stops waiting at an address where nobody answers: a server may have moved, and what lies between may have
-// forgotten the way back to our port (a NAT, a stale entry of connection tracking). Both are mended by asking for the name again
-// and going on from a new port.
+// Decides when a client abandons an address that does not answer: a server may have moved, or the NAT binding of our port (or
+// another entry of connection tracking) may have expired. The remedy for both is to resolve the name again and to continue from a
+// new port.
 //
-//     silence(now) = now - max(last answer, last move)    kAskAhead before kMoveAfter the name is asked for, and every kMoveAfter
-//                                                         from then on; at kMoveAfter the client moves to another address that
+//     silence(now) = now - max(last answer, last move)    the name is resolved kAskAhead before kMoveAfter, and every kMoveAfter
+//                                                         from then on; at kMoveAfter the client moves to another address if one
 //                                                         was found, and to a new port for the old one after kMoveAfter, twice
 //                                                         that, four times, at most kPortAfterMost
 //
-// A handshake with keys is of three round trips, and what has come of it is lost with the port: the waits grow until they are
-// longer. A name that has no address any more leaves the client at the one that it had; a resolver that takes longer than another
-// kMoveAfter is not waited for. Who is told that the server is shutting down asks at once.
+// A handshake with keys needs three round trips, and its progress is lost with the port: the waits grow until they are longer.
+// When a name has no address any more, the client stays at the old one; a resolver that needs longer than another kMoveAfter is
+// not waited for. A client whose server reports that it is shutting down resolves the name at once.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-/// The address that HOST:PORT of `--server` names; InputError when it is none, or does not resolve. May block for seconds.
+/// Returns the address of HOST:PORT from `--server`; InputError when it is none, or does not resolve. May block for seconds.
 inline UdpEndpoint server_at(const std::string& text) {
   const UdpEndpoint server = resolve_udp("--server", text);
   if (server.port() == 0) throw InputError("--server", "port 0", "the server's port, 1 to 65535");
@@ -33,16 +33,17 @@ class ServerFinder {
  public:
   static constexpr Micros kMoveAfter{3'000'000}, kAskAhead{500'000}, kPortAfterMost{24'000'000};
 
-  /// `at`: what the name was found to be by `now`.
+  /// `at`: the address to which the name resolved by `now`.
   ServerFinder(std::string name, UdpEndpoint at, NameLookup::Ask ask, Micros now)
       : name_(std::move(name)), at_(std::move(at)), lookup_(std::move(ask)), moved_(now) {}
 
-  /// Where to go on from a new port; nothing while all is well. `sent_away`: what answers says that it is shutting down.
+  /// Returns the address to continue with, from a new port; empty while all is well. `sent_away`: the server reports that it is
+  /// shutting down.
   std::optional<UdpEndpoint> move(Micros now, Micros answered, bool sent_away) {
     if (answered > moved_) port_after_ = kMoveAfter;
     const Micros silence = now - (sent_away ? moved_ : std::max(answered, moved_));
     if (silence < kMoveAfter - kAskAhead) {
-      asked_ = false;  // what was found for a silence that ended is old by the next
+      asked_ = false;  // an address found during an earlier silence is out of date in the next
       found_.reset();
       lookup_.take();
       return std::nullopt;
@@ -69,7 +70,7 @@ class ServerFinder {
   UdpEndpoint at_;
   NameLookup lookup_;
   Micros moved_, port_after_ = kMoveAfter;
-  bool asked_ = false;  ///< since the last move
+  bool asked_ = false;  ///< true: the name was asked for since the last move
   Micros asked_at_{};
   std::optional<UdpEndpoint> found_;
 };

@@ -1,5 +1,5 @@
-// The recording of a station in real time: fed by the network thread (datagrams) and the main thread (ticks out of the recorder's
-// ring, the state of the session), written by a thread of its own. The haptic thread knows nothing of it.
+// The recording of a station in real time: fed by the network thread (datagrams) and the main thread (ticks from the recorder's
+// ring, state of the session), written by a thread of its own. The haptic thread is not involved.
 #pragma once
 
 #include <mutex>
@@ -13,16 +13,16 @@ namespace palpate {
 
 class SessionRecording {
  public:
-  /// InputError when `file` cannot be made.
+  /// Throws InputError when `file` cannot be created.
   SessionRecording(const std::filesystem::path& file, const std::string& program, const std::string& station);
 
-  /// Any thread but the haptic one.
+  /// any thread but the haptic one
   void datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now);
   void tick(const TickRecord& tick, const DisplayRecord& felt);
   void event(Micros t, RecordedEventKind kind, const std::string& text = {});
-  /// Several times a second. Why nothing is recorded any more, once.
+  /// Call several times a second. Returns the reason when the recording has failed, once.
   std::optional<std::string> look(const ClientStatus& status, Micros now);
-  /// Whole and closed. Nothing is added afterwards.
+  /// Completes and closes the file. Nothing is added afterwards.
   void finish();
 
  private:

@@ -1,4 +1,4 @@
-// To an absolute moment of the client's clock, CLOCK_MONOTONIC.
+// Sleeps until an absolute moment of the client's clock, CLOCK_MONOTONIC.
 #pragma once
 
 #include <time.h>

@@ -1,11 +1,11 @@
 // Drives a ClientCore over a UDP socket in real time, on a thread of its own.
 //
-// The thread sleeps until a datagram comes or the core's deadline, at most kWake while joined, so that samples of the haptic
-// thread go out in time. Every datagram that waits is taken before the core ticks. The clock is steady_clock, the same that the
-// haptic loop reads. An error that nobody expected ends the thread, not the program: status() says so, and the force ends for
-// want of a server. Where nobody answers it asks for the name again and goes on from a new port (server_finder.hpp). With keys
-// every datagram goes through the trust channel on this thread; what the core has to say waits until there are keys for it. From
-// start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
+// The thread sleeps until a datagram arrives or until the core's deadline, at most kWake while joined, so that samples of the
+// haptic thread are sent in time. All waiting datagrams are processed before the core ticks. The clock is steady_clock, the same
+// as in the haptic loop. An unexpected error ends the thread, not the program: status() reports it, and the force ends for lack
+// of a server. When the server does not answer, the thread resolves the name again and continues from a new port
+// (server_finder.hpp). With keys every datagram passes through the trust channel on this thread; the core's messages wait until
+// there are keys for it. From start() to stop() the core belongs to the thread (its haptic() to the haptic thread).
 #pragma once
 
 #include <array>
@@ -27,10 +27,10 @@
 
 namespace palpate {
 
-/// What other threads may know of the session.
+/// State of the session for other threads.
 struct ClientStatus {
   LinkState link = LinkState::joining;
-  Welcome welcome;      ///< meaningful when joined once
+  Welcome welcome;      ///< valid after the first join
   std::string refusal;  ///< ClientCore::refusal()
   RefuseReason refuse_reason = RefuseReason::bad_request;
   bool clock_locked = false;
@@ -38,18 +38,18 @@ struct ClientStatus {
   std::uint64_t joins = 0;
   ServerPace pace;
   SchemeInUse in_use;
-  std::string fault;  ///< what ended the network thread; empty while it runs
+  std::string fault;  ///< error that ended the network thread; empty while it runs
 };
 
 class UdpClient {
  public:
   /// Called once with each change of the link, in words. On the network thread.
   using Say = std::function<void(const std::string&)>;
-  /// Called with each datagram that the core has just taken, and when. On the network thread.
+  /// Called with each datagram that the core has just received, and its time. On the network thread.
   using Watch = std::function<void(const ClientCore&, std::span<const std::byte>, Micros)>;
 
-  /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object.
-  /// `keys`: none where the server has none. `ask`: what is asked for the name when nobody answers; the resolver unless given.
+  /// `server` is HOST:PORT; InputError when it is not, or does not resolve. The core outlives this object. `keys`: empty where
+  /// the server has none. `ask`: resolves the name when nobody answers; the system's resolver by default.
   UdpClient(const std::string& server, ClientCore& core, Say say = {}, Watch watch = {},
             const std::optional<ClientKeys>& keys = {}, NameLookup::Ask ask = {});
   ~UdpClient();
@@ -57,11 +57,11 @@ class UdpClient {
   UdpClient& operator=(const UdpClient&) = delete;
 
   void start();
-  /// Says goodbye to the server and ends the thread; from then on the core may be read. Harmless when not started.
+  /// Says goodbye to the server and ends the thread; afterwards the core may be read. No effect when not started.
   void stop();
-  /// Any thread.
+  /// Returns the state. Any thread.
   ClientStatus status() const;
-  /// Datagrams that the operating system did not take. After stop().
+  /// Number of datagrams that the operating system refused to send. After stop().
   std::uint64_t send_failed() const { return send_failed_; }
 
  private:
@@ -85,7 +85,7 @@ class UdpClient {
   asio::io_context io_{1};
   UdpEndpoint server_;
   UdpSocket socket_;
-  int sockets_ = 0;  ///< that there were before it
+  int sockets_ = 0;  ///< number of earlier sockets
   ServerFinder finder_;
   asio::steady_timer timer_{io_};
   std::array<std::byte, 2048> in_{};
@@ -94,7 +94,7 @@ class UdpClient {
   std::optional<ClientChannel> channel_;
   std::uint64_t send_failed_ = 0;
   bool waiting_said_ = false;
-  mutable std::mutex mutex_;  ///< of status_; the haptic thread never asks
+  mutable std::mutex mutex_;  ///< guards status_; never locked by the haptic thread
   ClientStatus status_;
   std::thread thread_;
 };

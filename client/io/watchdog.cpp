@@ -40,7 +40,7 @@ void Watchdog::run() noexcept {
     due = std::max(due + kLookEvery, monotonic_now());
     sleep_until(due);
     const Micros now = monotonic_now(), ticked{ticked_us_.load(std::memory_order_acquire)};
-    if (now - due > kMost) awake_since = now;  // the machine stood still, or the program was stopped: not the loop alone
+    if (now - due > kMost) awake_since = now;  // the machine or the program stood still, not only the loop
     if (ticked == Micros{} || now - std::max(ticked, awake_since) <= kMost) continue;
     State watching = State::watching;
     if (!state_.compare_exchange_strong(watching, State::halting, std::memory_order_acq_rel)) continue;

@@ -1,10 +1,10 @@
-// Takes the force away when the loop's ticks stop: a thread of its own that nothing of the loop, the network or the disk can hold
-// up. It looks every kLookEvery; when the last tick is older than kMost it calls Device::halt(), from which the device shows zero
-// whatever is written, until the loop, ticking again, has called resumes(). So the force is gone kMost + kLookEvery after the
-// last tick, 17 ms, where the operating system lets a thread of real-time priority run when it is due. Where its own look came
-// late by more than kMost, the program was stopped or the machine stood still: the loop then has kMost from there.
+// Switches the force off when the loop's ticks stop: a thread of its own that does not depend on the loop, the network or the
+// disk. It looks every kLookEvery; when the last tick is older than kMost it calls Device::halt(), after which the device shows
+// zero whatever is written, until the loop ticks again and calls resumes(). So the force is gone kMost + kLookEvery after the
+// last tick, 17 ms, if the operating system runs a real-time thread on time. When its own look was late by more than kMost, the
+// program was stopped or the machine stood still: the loop then has kMost from there.
 //
-// No help against a process that is killed or stopped whole: that is for the device's own watchdog (DeviceCaps::watchdog).
+// No protection against a process that is killed or stopped as a whole: the device's own watchdog is (DeviceCaps::watchdog).
 #pragma once
 
 #include <atomic>
@@ -24,20 +24,20 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Watches from the first tick on.
+  /// Starts the thread, which watches from the first tick on.
   void start(bool realtime);
-  /// Ends the thread. The device is as it was.
+  /// Ends the thread and leaves the device unchanged.
   void stop();
 
-  // The loop, neither of which waits:
+  // called by the loop; neither waits
   void tick(Micros now) noexcept { ticked_us_.store(now.count(), std::memory_order_release); }
-  /// There will be no more ticks.
+  /// Notes that there are no more ticks.
   void rest() noexcept { ticked_us_.store(0, std::memory_order_release); }
-  /// Whether forces may be written. After the force was taken away: false once or more, then Device::resume() is called and the
-  /// next force has to begin at zero, which `began_again` says.
+  /// True when forces may be written. After the force was switched off: returns false at least once, then calls Device::resume();
+  /// the next force has to begin at zero, which `began_again` reports.
   bool resumes(bool& began_again) noexcept;
 
-  /// How often it took the force away. Any thread.
+  /// Number of times that it switched the force off. Any thread.
   std::uint32_t halts() const noexcept { return halts_.load(std::memory_order_relaxed); }
 
  private:

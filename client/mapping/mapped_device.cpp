@@ -45,7 +45,7 @@ DeviceReading MappedDevice::read(Micros now) noexcept {
   clock_.elapsed(now);
   reading.share *= body_.step(well_ && engaged && clock_.started(now), passed);
   weight_.step(well_ && alive, passed);
-  // What is no number is for whoever reads this to notice.
+  // Positions that are not finite are passed on for the caller to notice.
   if (usable || !reading.ok()) reading.position = tool_;
   reading.orientation = rotation_ * reading.orientation;
   return reading;

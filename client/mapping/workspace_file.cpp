@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 10> kFields{"device", "scale",       "rot
 
 std::string text_of(double value) { return Json::number(value).text; }
 
-/// One entry of the list: reads its members and points at them.
+/// Reads the members of one entry of the list and reports errors at them.
 class Entry {
  public:
   Entry(const Json& json, std::string path, const std::string& file) : json_(json), path_(std::move(path)), file_(file) {
@@ -88,7 +88,7 @@ class Entry {
     return all;
   }
 
-  /// Not there, or null: as if it were not said.
+  /// Returns true for a missing or null field.
   bool absent(const char* field) const {
     const Json* item = json_.find(field);
     return item == nullptr || item->kind == Json::Kind::null;

@@ -18,7 +18,7 @@ void check_button(const std::optional<int>& button, const char* field, const Dev
                                      : "0 to " + std::to_string(caps.buttons - 1) + ", the buttons of " + caps.name);
 }
 
-/// What is left for the body of a limit on the force.
+/// Returns the part of a force limit that the weight leaves for the body.
 double left_of(double limit_n, const WorkspaceMapping& mapping, std::string_view where) {
   if (limit_n <= 0) return limit_n;
   const double weight_n = mapping.tool_weight_n.norm();

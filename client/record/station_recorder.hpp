@@ -1,4 +1,4 @@
-// What a station's recording gets from its ClientCore and its haptic ticks. No file, thread or clock: bytes come out of take().
+// Records a station from its ClientCore and its haptic ticks. No file, thread or clock: take() returns the bytes.
 #pragma once
 
 #include "client/core/client_core.hpp"
@@ -13,13 +13,13 @@ class StationRecorder {
   explicit StationRecorder(const RecordingHead& head) : writer_(head) {}
 
   void tick(const RecordedTick& tick) { writer_.add(tick); }
-  /// How the tool is held and its buttons, once a tick: kept where they change.
+  /// Records orientation and buttons, called once a tick: only changes are kept.
   void hold(Micros t, const Orientation& orientation, std::uint32_t buttons);
   void hand_over(const RecordedHandOver& hand_over) { writer_.add(hand_over); }
-  /// The core has just taken `bytes`. Patches and their terms are kept as they came, also those that it refused.
+  /// Records the datagram that the core has just received. Patches and their terms are kept as they arrived, also rejected ones.
   void datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now);
   void event(Micros t, RecordedEventKind kind, const std::string& text = {});
-  /// Several times a second: what became of the session, blocks that are due.
+  /// Call several times a second: records the state of the session and writes blocks that are due.
   void look(LinkState link, const Welcome& welcome, const std::string& refusal, const ServerPace& pace, Micros now);
   void finish() { writer_.finish(); }
   std::vector<std::byte> take() { return writer_.take(); }

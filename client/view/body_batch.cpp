@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxLevel = 4;
 
-/// Corners of the level^2 equal parts of a triangle, as weights of its corners.
+/// Returns the corners of the level^2 equal parts of a triangle, as weights of its corners.
 std::vector<Vec3f> refinement(int level) {
   std::vector<Vec3f> pattern;
   const auto at = [level](int i, int j) -> Vec3f {
@@ -38,7 +38,7 @@ BodyBatch::BodyBatch() {
   glBindVertexArray(plain_array_.id());
   glBindBuffer(GL_ARRAY_BUFFER, corner_buffer_.id());
   for (GLuint i = 0; i < 4; ++i) attribute(i, 3, kFloats, 3 * static_cast<int>(i));
-  // The strain of a triangle is the same at its three corners: the first one's serves.
+  // The strain of a triangle is the same at its three corners: that of the first one is used.
   glBindVertexArray(curved_array_.id());
   for (GLuint i = 0; i < 10; ++i) {
     attribute(i, 3, 3 * kFloats, 3 * static_cast<int>(i < 7 ? i : i + 1));

@@ -1,8 +1,8 @@
 // The body's triangles on the graphics side.
 //
-// They are refined there into curved point-normal triangles that pass through the received vertices, so contact stays where it
-// is; where there are too many for that they are drawn as they are. What did not change since the last moment is not computed
-// and not uploaded again.
+// They are refined into curved point-normal triangles that pass through the received vertices, so contact stays where it is;
+// beyond a limit on their number they are drawn unrefined. Data that did not change since the last moment is neither computed nor
+// uploaded again.
 #pragma once
 
 #include <vector>
@@ -15,20 +15,20 @@ namespace palpate {
 
 class BodyBatch {
  public:
-  /// Needs a current OpenGL 3.3 core context, as all that follows.
+  /// Needs a current OpenGL 3.3 core context, as do all functions below.
   BodyBatch();
-  /// Shows this moment from now on. Returns whether that is another one than before.
+  /// Shows this moment from now on. Returns true when it differs from the one before.
   bool show(const Sight& sight, const Look& look);
-  /// Drawn as they are: shaders::plain_body_vertex(); otherwise shaders::curved_body_vertex().
+  /// True when triangles are unrefined: shaders::plain_body_vertex(); otherwise shaders::curved_body_vertex().
   bool plain() const { return made_.level == 1; }
   void draw() const;
 
  private:
-  /// What vertex `corner` of a triangle brings along; three are a triangle.
+  /// Data of vertex `corner` of a triangle; three are a triangle.
   struct Corner {
-    Vec3f position, normal, look, strain;  ///< look: scalar, cavity, fixed; strain: of the edge across from each corner
+    Vec3f position, normal, look, strain;  ///< look: scalar, cavity, fixed; strain: of the edge opposite each corner
   };
-  /// Everything that the corners are made from.
+  /// The data from which the corners are computed.
   struct Made {
     std::vector<Triangle> triangles;
     std::vector<Vec3f> positions, rest;

@@ -9,8 +9,8 @@ namespace palpate {
 namespace {
 
 constexpr float kTanHalfView = 0.26F;     // vertical half angle of 15 degrees: little perspective distortion
-constexpr float kFill = 0.74F;            // share of the picture that the fitted body may take
-constexpr float kInstrumentRoom = 0.24F;  // of the diagonal, above the box
+constexpr float kFill = 0.74F;            // share of the picture that the fitted body may cover
+constexpr float kInstrumentRoom = 0.24F;  // share of the diagonal, above the box
 
 }  // namespace
 
@@ -74,7 +74,7 @@ Eigen::Matrix4f Camera::projection(float aspect) const {
   const float near = std::max(0.02F * size_, distance_ - 3 * size_), far = distance_ + 8 * size_;
   Eigen::Matrix4f m = Eigen::Matrix4f::Zero();
   m(0, 0) = 1 / (kTanHalfView * aspect);
-  m(0, 2) = covered_;  // the middle of what is not covered
+  m(0, 2) = covered_;  // middle of the free part
   m(1, 1) = 1 / kTanHalfView;
   m(2, 2) = -(far + near) / (far - near);
   m(2, 3) = -2 * far * near / (far - near);

@@ -1,4 +1,4 @@
-// A camera on a sphere around what it looks at; z is up. Angles in radians, lengths in metres, frame W.
+// A camera on a sphere around its target; z is up. Angles in radians, lengths in metres, frame W.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,17 +11,17 @@ class Camera {
  public:
   enum class Side { three_quarter, top, front, side };
 
-  /// Looks at the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width / height),
-  /// but for the share of its width at the right that panels cover.
+  /// Fits the view to the surface so that all of it, and room above it for an instrument, fills the picture (aspect = width /
+  /// height), except the share of its width at the right that panels cover.
   void fit(std::span<const Triangle> triangles, std::span<const Vec3f> positions, float aspect, float covered = 0);
-  /// The middle of the picture moves to the middle of what panels leave.
+  /// Moves the middle of the picture to the middle of the part that panels leave free.
   void cover(float share) { covered_ = share; }
   void look_from(Side side);
-  /// Turn by a mouse drag: a drag across the whole height turns by half a circle.
+  /// Turns by a mouse drag: a drag across the whole height turns by half a circle.
   void orbit(float dx, float dy);
-  /// Move sideways by a drag in fractions of the picture's height.
+  /// Moves sideways by a drag in fractions of the picture's height.
   void pan(float dx, float dy);
-  /// Positive: closer.
+  /// Zooms; positive: closer.
   void zoom(float steps);
 
   Eigen::Matrix4f view() const;
@@ -36,7 +36,7 @@ class Camera {
   Vec3f target_ = Vec3f::Zero();
 };
 
-/// Where a point appears, in pixels from the top left; z is the depth in [-1, 1], outside it the point is not in sight.
+/// Returns the position of a point in pixels from the top left; z is the depth in [-1, 1], outside it the point is not visible.
 Vec3f to_pixels(const Eigen::Matrix4f& view_projection, const Vec3f& point, float width, float height);
 
 }  // namespace palpate

@@ -32,7 +32,7 @@ struct Neighbours {
   std::span<const std::uint32_t> of(std::uint32_t i) const { return std::span(list).subspan(begin[i], begin[i + 1] - begin[i]); }
 };
 
-/// In each direction the vertex whose distance is nearest to the reach.
+/// Finds in each direction the vertex whose distance is nearest to the reach.
 class Ring {
  public:
   Ring(const Vec3f& normal, float reach_m) : x_(normal.unitOrthogonal()), y_(normal.cross(x_)), reach_m_(reach_m) {

@@ -16,7 +16,7 @@ Vec3f to_srgb(const Vec3f& linear);
 /// with lightness growing evenly, so that equal steps of millimetres look equal, also printed in grey and to colour-blind eyes.
 Vec3f displacement_color(float s);
 
-/// Linear colours of an edge that is pushed, slack, pulled.
+/// Linear colours of an edge in compression, slack or in tension.
 struct StrainColors {
   Vec3f pushed, slack, pulled;
 };
@@ -28,18 +28,18 @@ Vec3f strain_color(float s);
 Vec3f miss_color(float s);
 
 inline constexpr std::size_t kStationColors = 8;
-/// Colour of a station's collar, arrow and label, by its place in the list. They are told apart by colour-blind eyes too, and
-/// from steel and body.
+/// Colour of a station's collar, arrow and label, by its place in the list. Colour-blind eyes can also distinguish them, from
+/// each other and from steel and body.
 Vec3f station_color(std::size_t index);
 
-/// Linear colour of what is held fast.
+/// Linear colour of fixed parts.
 Vec3f held_color();
 
-/// Everything that light and dark pictures do not share. Light colours are linear, the others sRGB.
+/// Everything in which light and dark pictures differ. The colours of lights are linear, the others sRGB.
 struct Theme {
   Vec3f background_top, background_bottom;
   Vec3f key, fill, rim, sky, floor;  ///< linear
-  Vec3f ink, ink_soft, accent;       ///< text; what is set off from it
+  Vec3f ink, ink_soft, accent;       ///< text, secondary text, highlights
   Vec3f grid;
   float grid_strength, shadow_strength;
 

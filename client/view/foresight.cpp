@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-/// Linear between samples, which ascend; the end ones beyond them.
+/// Interpolates linearly between samples, which ascend; constant beyond the ends.
 Vec3 tool_at(const std::vector<ToolSample>& samples, Micros t) {
   const auto after = std::find_if(samples.begin(), samples.end(), [t](const ToolSample& s) { return s.t > t; });
   if (after == samples.begin()) return after->position;

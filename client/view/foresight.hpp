@@ -1,12 +1,12 @@
-// What a patch said of the server's next frame, beside that frame: the free response made visible.
+// A patch's prediction of the server's next frame, compared with that frame: the free response made visible.
 //
-// A patch stamped t holds the body at t; the next one, stamped t', holds it at t'. The first is played on from t to t' with the
-// tool where it was meanwhile, without a word from the server:
-//     foreseen_i = where it then has vertex i of its surface,      found_i = where the next patch begins with that vertex
+// A patch stamped t holds the body at t; the next one, stamped t', holds it at t'. The first is played from t to t' along the
+// tool's actual path, without input from the server:
+//     foreseen_i = position of vertex i of its surface then,      found_i = initial position of that vertex in the next patch
 //     miss_i = |foreseen_i - found_i|,   over the vertices that both patches carry
 // Both patches carry positions as the server computed them, to a float: no grid of the shape stream is in the miss. Vertices have
-// no numbers in a patch; one is found again as the nearest of the next patch, nearer than a quarter of the least edge. A patch
-// without modes, or of a grasp, has no surface that moves: there is only its force.
+// no numbers in a patch; a vertex is matched to the nearest one of the next patch, nearer than a quarter of the shortest edge. A
+// patch without modes, or of a grasp, has no surface that moves: it predicts only its force.
 #pragma once
 
 #include <optional>
@@ -16,17 +16,18 @@
 
 namespace palpate {
 
-/// Two patches that follow on one another, and what the first needs to be played up to the second.
+/// Two successive patches, and the inputs to play the first up to the second.
 struct PatchPair {
   Patch patch, next;
-  NonlinearTerms terms;             ///< of the first, where they came
-  std::vector<ToolSample> samples;  ///< from the first stamp to the second
+  NonlinearTerms terms;             ///< terms of the first patch, if they arrived
+  std::vector<ToolSample> samples;  ///< samples from the first stamp to the second
 };
 
-/// Notices on the network thread that a patch has followed another.
+/// Detects successive patches on the network thread.
 class PatchPairs {
  public:
-  /// After every datagram that `core` took: whether a newer patch came while the last one was valid; then `pair` is filled.
+  /// Call after every datagram that `core` received. Fills `pair` and returns true when a newer patch arrived while the last one
+  /// was valid.
   bool take(const ClientCore& core, PatchPair& pair);
 
  private:
@@ -36,16 +37,16 @@ class PatchPairs {
 
 struct ForeseenVertex {
   Vec3 foreseen = Vec3::Zero(), found = Vec3::Zero();  ///< [m]
-  bool compared = false;                               ///< the next patch has it too; else `found` means nothing
+  bool compared = false;                               ///< true: the next patch has this vertex too; otherwise `found` is invalid
 };
 
 struct Foresight {
-  Micros stamp{}, at{};  ///< of the patch and of the next one, in the client's clock
+  Micros stamp{}, at{};  ///< stamps of the patch and of the next one, in the client's clock
   Scheme scheme = Scheme::hold;
   int states = 0;
-  Vec3 force = Vec3::Zero(), force_found = Vec3::Zero();  ///< on the tool at the end [N]
+  Vec3 force = Vec3::Zero(), force_found = Vec3::Zero();  ///< force on the tool at the end [N]
   std::vector<ForeseenVertex> vertices;
-  std::vector<Triangle> triangles;  ///< over them
+  std::vector<Triangle> triangles;  ///< triangles over `vertices`
   int compared = 0;
   double miss_rms_m = 0, miss_max_m = 0;
 };
@@ -56,7 +57,7 @@ Foresight foresee(const PatchPair& pair);
 class Foresights {
  public:
   void add(Foresight foresight);
-  /// That of the frame last passed at a moment of the client's clock; nullptr when there was none for a while.
+  /// Returns the foresight of the frame last passed at a moment of the client's clock; nullptr when there was none recently.
   const Foresight* at(Micros moment) const;
 
  private:

@@ -1,5 +1,5 @@
 // Owners of OpenGL 3.3 objects: programs, buffers, vertex arrays, and the render targets of the picture.
-// Every call needs the context current in which the object was made.
+// Every call needs the context in which the object was created to be current.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace palpate {
 
 using GlId = unsigned int;
 
-/// A move-only name of one OpenGL object; `Kind` says how to make and drop it.
+/// A move-only name of one OpenGL object; `Kind` creates and deletes it.
 template <class Kind>
 class GlName {
  public:
@@ -75,12 +75,12 @@ class GlProgram {
   GlName<ProgramKind> program_;
 };
 
-/// Something to draw into: colour and depth, multisampled or not; a depth that can be sampled; a colour that can be sampled.
+/// A render target: colour and depth, multisampled or not; a depth that can be sampled; or a colour that can be sampled.
 class GlTarget {
  public:
   enum class Use { multisampled, picture, shadow_map, texture };
   GlTarget(int width, int height, Use use);
-  void bind() const;  ///< draw into it, viewport over all of it
+  void bind() const;  ///< selects it for drawing, with a viewport over all of it
   GlId framebuffer() const { return framebuffer_.id(); }
   GlId texture() const { return texture_.id(); }  ///< depth of a shadow map, colour of a texture
   Use use() const { return use_; }
@@ -102,7 +102,7 @@ class GlTarget {
 /// Replaces the content of a buffer that changes every frame.
 void upload(const GlBuffer& buffer, std::span<const std::byte> bytes);
 
-/// Attribute `index` of the bound vertex array: so many floats of each vertex in the bound buffer, from this one on.
+/// Sets attribute `index` of the bound vertex array: `size` floats of each vertex in the bound buffer, from `offset_floats` on.
 void attribute(GlId index, int size, int stride_floats, int offset_floats);
 
 void bind_texture(int unit, GlId texture);

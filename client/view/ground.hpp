@@ -1,4 +1,4 @@
-// What the body stands on and before: a floor with a ruler grid and its blurred shadow, and the background.
+// The surroundings of the body: a floor with a ruler grid and the body's blurred shadow, and the background.
 #pragma once
 
 #include "client/view/lights.hpp"
@@ -7,14 +7,14 @@ namespace palpate {
 
 class Ground {
  public:
-  /// Needs a current OpenGL 3.3 core context, as all that follows.
+  /// Needs a current OpenGL 3.3 core context, as do all functions below.
   Ground();
-  /// The floor's shadow, from the shadow maps of the key light and of straight down.
+  /// Computes the floor's shadow from the shadow maps of the key light and of straight down.
   void cast(const GlTarget& key_map, const GlTarget& sky_map, const Lights& lights);
-  /// Only where nothing is yet: what is covered costs no shading.
+  /// Draws only where nothing has been drawn yet: covered parts cost no shading.
   void draw(const Lights& lights) const;
 
-  /// Of the grid for a body of this size: 1, 2 or 5 times a power of ten [m].
+  /// Spacing of the grid for a body of this size: 1, 2 or 5 times a power of ten [m].
   static float grid_spacing(float size);
 
  private:
@@ -22,7 +22,7 @@ class Ground {
   void draw_floor(const Lights& lights) const;
 
   GlProgram shadow_, floor_, background_;
-  GlVertexArray corners_;               ///< four, which the shaders place
+  GlVertexArray corners_;               ///< four corners, placed by the shaders
   GlTarget wide_key_map_, shadow_map_;  ///< the wide map is coarse, for soft shadows
 };
 

@@ -1,4 +1,4 @@
-// The last seconds of what is plotted: forces and patch ages, a series a station.
+// The last seconds of the plotted quantities: forces and patch ages, one series per station.
 #pragma once
 
 #include <deque>
@@ -13,7 +13,7 @@ namespace palpate {
 class History {
  public:
   static constexpr Micros kSpan{10'000'000};
-  static constexpr Micros kStep{25'000};  ///< values closer in time than this are one
+  static constexpr Micros kStep{25'000};  ///< values closer in time than this are merged
 
   struct Point {
     Micros at{};
@@ -25,10 +25,10 @@ class History {
   };
 
   void add(Micros now, const std::string& station, float value);
-  /// Drops what is older than kSpan, and stations of which nothing is left.
+  /// Drops points older than kSpan, and stations without points.
   void forget(Micros now);
   const std::vector<Series>& series() const { return series_; }
-  /// Of all points, at least `floor`.
+  /// Largest value of all points, at least `floor`.
   float largest(float floor) const;
 
  private:

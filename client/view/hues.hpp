@@ -1,4 +1,4 @@
-// Which colour each station has: the same as long as it is there, whoever else comes and goes.
+// Assigns a colour to each station: it stays the same while the station is there, whoever else comes and goes.
 #pragma once
 
 #include <span>
@@ -16,18 +16,18 @@ class Hues {
   static constexpr std::size_t kHues = kStationColors;
 
   Hues() = default;
-  /// These are known beforehand.
+  /// Starts with stations that are known beforehand.
   explicit Hues(std::vector<std::string> stations) : stations_(std::move(stations)) {}
-  /// A station that is new takes the next colour, or when all are given that of one without a tool.
+  /// Assigns the next colour to each new station, or when all are in use that of a station without a tool.
   void see(std::span<const ToolView> tools);
-  /// In the order of their colours; also of some that are gone.
+  /// Stations in the order of their colours; includes some that are gone.
   const std::vector<std::string>& stations() const { return stations_; }
 
  private:
   std::vector<std::string> stations_;
 };
 
-/// The place of each tool's station among `stations`.
+/// Returns the index of each tool's station in `stations`.
 std::vector<std::size_t> hues_of(std::span<const ToolView> tools, std::span<const std::string> stations);
 
 }  // namespace palpate

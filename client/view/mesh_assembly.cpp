@@ -10,7 +10,7 @@ bool lies_within(std::uint32_t first, const std::vector<Item>& items, std::uint3
   return first <= all && items.size() <= all - first;
 }
 
-/// Whether pieces, in the order of their numbers, have items 0 up to `all` without a gap.
+/// Returns true when the pieces, in the order of their numbers, have items 0 up to `all` without a gap.
 template <class Items>
 bool covers(const std::map<std::uint32_t, MeshPiece>& pieces, Items MeshPiece::*items, std::uint32_t all) {
   std::size_t end = 0;

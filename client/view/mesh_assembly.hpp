@@ -1,6 +1,7 @@
-// The mesh of the body, put together from pieces that come in any order, twice or not at all.
+// The mesh of the body, assembled from pieces that arrive in any order, repeatedly or not at all.
 //
-// What a Welcome announces costs nothing: memory is that of the pieces which came, and the mesh is made when they are all there.
+// The announcement in a Welcome allocates nothing: memory is used by the received pieces, and the mesh is built when all are
+// there.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +14,14 @@ namespace palpate {
 
 class MeshAssembly {
  public:
-  /// Forget everything; expect the mesh that a Welcome announced.
+  /// Discards everything and expects the mesh that a Welcome announced.
   void expect(std::uint32_t vertices, std::uint32_t triangles, std::uint64_t hash);
 
-  /// A piece that fits into the expected mesh is kept. When the last one is in and the whole does not have the announced
-  /// hash, all are dropped (counted in `rejected`) and asked for again.
+  /// Keeps a piece that fits into the expected mesh. When the last one has arrived and the hash is not the announced one, all are
+  /// dropped (counted in `rejected`) and requested again.
   void take(const MeshPiece& piece);
 
-  /// The next missing pieces, at most `most`; piece 0 alone until it is known how many there are.
+  /// Returns the next missing pieces, at most `most`; piece 0 alone until their number is known.
   std::vector<std::uint32_t> missing(std::size_t most) const;
   bool complete() const { return complete_; }
   const BodyMesh& mesh() const { return mesh_; }
@@ -31,7 +32,7 @@ class MeshAssembly {
   bool covers_all() const;
   void finish();
 
-  std::uint32_t vertices_ = 0, triangles_ = 0, count_ = 0;  ///< count_ of the pieces, 0 until the first one tells
+  std::uint32_t vertices_ = 0, triangles_ = 0, count_ = 0;  ///< count_: number of pieces, 0 until the first one reports it
   std::uint64_t hash_ = 0, rejected_ = 0;
   std::map<std::uint32_t, MeshPiece> pieces_;
   BodyMesh mesh_;  ///< empty until it is complete

@@ -30,7 +30,7 @@ namespace {
   throw std::runtime_error("no offscreen OpenGL: " + step + " failed (EGL error " + code.data() + ")");
 }
 
-/// What this machine has in place of OpenGL 3.3, in words.
+/// Describes what this machine has instead of OpenGL 3.3.
 std::string found_opengl(EGLDisplay display, EGLConfig config) {
   const std::array<EGLint, 1> any{EGL_NONE};
   const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, any.data());

@@ -7,8 +7,8 @@ namespace palpate {
 
 class OffscreenContext {
  public:
-  /// Makes the context and makes it current on this thread. Software rendering is kept to one thread, so that a picture
-  /// does not take the processor from a haptic loop beside it. Throws std::runtime_error naming the step that failed.
+  /// Creates the context and makes it current on this thread. Software rendering is limited to one thread, so that a picture does
+  /// not take the processor from a haptic loop on the same machine. Throws std::runtime_error naming the step that failed.
   OffscreenContext();
   ~OffscreenContext();
 

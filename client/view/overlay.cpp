@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-/// What a tool feels, and how deep it is.
+/// Returns the force on a tool and its depth.
 std::string felt(const Sight& sight, std::size_t i, int digits) {
   const std::string force = fmt::format("{:.{}f} N", sight.tools[i].force.norm(), digits);
   return sight.depth(i) < 5e-5F ? force : force + fmt::format(", {:.1f} mm deep", 1e3F * sight.depth(i));
@@ -49,7 +49,7 @@ void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
 
 void draw_label(const Pen& pen, const std::string& words, float x, float y) {
   const float w = pen.measure(16, words), pad = 6 * pen.scale;
-  // Words that are wider than the picture begin where it does.
+  // Text wider than the picture begins at its left edge.
   x = std::max(pad, std::min(x, pen.width - w - pad));
   y = std::max(pad, std::min(y, pen.height - 24 * pen.scale));
   pen.list.AddRectFilled({x - pad, y - 2.5F * pen.scale}, {x + w + pad, y + 20 * pen.scale},
@@ -73,14 +73,14 @@ void draw_contacts(const Pen& pen, const Sight& sight, const Camera& camera) {
     pen.list.AddCircle({at.x(), at.y()}, ring, packed(station_color(sight.hue(i)), 0.8F), 48, 1.4F * pen.scale);
     if (end.z() > 1) continue;
     const std::string words = felt(sight, i, 1);
-    // Beside the arrow's head, on the side away from the instrument, which leans to the right.
+    // Place the label next to the arrow's head, on the side away from the instrument, which leans to the right.
     draw_label(pen, words, end.x() - pen.measure(16, words) - 16 * pen.scale, end.y() - 12 * pen.scale);
   }
 }
 
 struct Legend {
   const char* title;
-  float per_unit;  ///< numbers on the legend for one in the sight
+  float per_unit;  ///< numbers on the legend per unit of the sight
   const char* unit;
 };
 Legend legend_of(ShapeChannel color) {
@@ -101,7 +101,7 @@ Legend legend_of(ShapeChannel color) {
   return {"displacement", 1000, "mm"};
 }
 
-/// A bar of colours whose ends stand for `from` and `to`, with a mark each `step`; `row` 0 is the lowest.
+/// Draws a bar of colours whose ends stand for `from` and `to`, with a mark each `step`; `row` 0 is the lowest.
 template <class Color>
 void draw_color_bar(const Pen& pen, int row, const std::string& title, float from, float to, float step, const char* unit,
                     const Color& color) {
@@ -123,7 +123,7 @@ void draw_color_bar(const Pen& pen, int row, const std::string& title, float fro
   }
 }
 
-/// The colour of what is held fast, beside the lowest bar.
+/// Draws the colour of fixed parts, next to the lowest bar.
 void draw_held(const Pen& pen, const Sight& sight) {
   if (std::none_of(sight.vertices.begin(), sight.vertices.end(), [](const MeshVertex& v) { return v.fixed; })) return;
   const float x = 292 * pen.scale, y = pen.bottom - 52 * pen.scale, side = 11 * pen.scale;
@@ -146,7 +146,7 @@ void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
                    1000 * sight.miss_max_m, 500 * sight.miss_max_m, "mm", &miss_color);
 }
 
-/// A bar of the force, and of the floor's grid, as long as an arrow or a field is at the body's middle.
+/// Draws a bar of the force, and of the floor's grid, as long as an arrow or a cell is at the body's middle.
 void draw_scales(const Pen& pen, const Sight& sight, const Camera& camera, const Caption& caption) {
   if (sight.triangles.empty()) return;
   const Eigen::Matrix4f view_projection = camera.projection(pen.width / pen.height) * camera.view();

@@ -1,6 +1,5 @@
-// Words and figures over the picture: title, stations with their forces, labels at the arrows, legend of the colours, scale bars,
-// panels, replay bar.
-// Dear ImGui without windows and without a platform backend, so it works in a window and without a display alike.
+// Text and figures over the picture: title, stations with their forces, labels at the arrows, legend of the colours, scale bars,
+// panels, replay bar. Uses Dear ImGui without windows and without a platform backend, so it works with and without a display.
 #pragma once
 
 #include <optional>
@@ -14,11 +13,11 @@
 namespace palpate {
 
 struct Caption {
-  std::string title;   ///< the scene
+  std::string title;   ///< name of the scene
   std::string status;  ///< one line under it
   std::string keys;    ///< help at the bottom right, empty in pictures
   PanelFigures panels = {};
-  std::optional<ReplayState> replay = {};  ///< of a recording
+  std::optional<ReplayState> replay = {};  ///< only for a recording
 };
 
 class Overlay {
@@ -28,7 +27,7 @@ class Overlay {
   ~Overlay();
   Overlay(const Overlay&) = delete;
   Overlay& operator=(const Overlay&) = delete;
-  /// Draws over what the bound framebuffer holds.
+  /// Draws over the contents of the bound framebuffer.
   void draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
   float scale() const { return scale_; }
 

@@ -28,7 +28,7 @@ struct Column {
     const auto place = std::find(tools.begin(), tools.end(), station);
     std::size_t index = static_cast<std::size_t>(place - tools.begin());
     if (place != tools.end()) return station_color(index);
-    // Stations without a tool in sight, as those that only compute: the colours after those of the tools.
+    // Stations without a visible tool, such as those that only compute, get the colours after those of the tools.
     for (const StationView& other : figures.room->stations) {
       if (other.station == station) break;
       index += std::find(tools.begin(), tools.end(), other.station) == tools.end();
@@ -70,7 +70,7 @@ std::array<std::string, kFieldCount> values(const StationView& s, const PanelFig
           figures.late_known ? fmt::format("{}", s.ticks_late) : "-"};
 }
 
-/// Where the server chose the scheme: why; a line under the station's.
+/// Returns the reason where the server chose the scheme; a line under the station's.
 std::string choice_line(const StationView& s, const PanelFigures& figures) {
   return figures.holds && s.in_use.reason > SchemeReason::asked ? describe(s.in_use) : std::string();
 }
@@ -156,7 +156,7 @@ void draw_body(Column& c) {
                   {"real-time factor", figure(fmt::format("{:.1f}", room.real_time_factor)), 290}}});
 }
 
-/// What the patch of the viewer's own hand said of the next frame.
+/// Draws the prediction of the next frame by the patch of the viewer's own hand.
 void draw_foresight(Column& c) {
   const Foresight& f = *c.figures.foresight;
   const bool surface = f.compared > 0;

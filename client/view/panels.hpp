@@ -1,4 +1,4 @@
-// The column at the right: stations and their links, force and patch age over time, what the body costs.
+// The column at the right: stations and their links, force and patch age over time, costs of the body.
 #pragma once
 
 #include <string>
@@ -13,18 +13,18 @@ struct Pen;
 
 struct PanelFigures {
   const RoomView* room = nullptr;
-  bool holds = true;                     ///< otherwise it was said too long ago: figures are left out
-  bool late_known = true;                ///< whether the ticks that came late are
+  bool holds = true;                     ///< false: the figures are out of date and omitted
+  bool late_known = true;                ///< true: the number of late ticks is known
   const History* forces = nullptr;       ///< [N]
   const History* patch_ages = nullptr;   ///< [ms]
-  const Foresight* foresight = nullptr;  ///< of the viewer's own hand; none: not shown
-  std::vector<std::string> stations;     ///< in the order of their colours, also of some that are gone
-  Micros now{};                          ///< the plots' right end
+  const Foresight* foresight = nullptr;  ///< foresight of the viewer's own hand; null: not shown
+  std::vector<std::string> stations;     ///< in the order of their colours, including some that are gone
+  Micros now{};                          ///< right end of the plots
 };
 
-/// Share of the picture's width that they cover, with their margin; 0 where the picture is too narrow for body and panels.
+/// Returns the share of the picture's width that panels cover, with their margin; 0 where the picture is too narrow for both.
 float panels_cover(float width, float scale);
-/// Does nothing where the picture is too narrow for body and panels.
+/// Draws the panels; no effect where the picture is too narrow for body and panels.
 void draw_panels(const Pen& pen, const PanelFigures& figures);
 
 }  // namespace palpate

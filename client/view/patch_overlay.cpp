@@ -20,7 +20,7 @@ float cross(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
 
 void draw_triangles(const Pen& pen, const Sight& sight, const std::vector<Vec3f>& at, std::vector<bool>& seen) {
   for (const Triangle& t : sight.pin_triangles) {
-    // Pixels count downwards: what is counter-clockwise from outside turns the other way there.
+    // Pixels count downwards: triangles that are counter-clockwise from outside are clockwise there.
     if (at[t[0]].z() > 1 || cross(at[t[0]], at[t[1]], at[t[2]]) >= 0) continue;
     for (const std::uint32_t i : t) seen[i] = true;
     const auto point = [&](std::size_t k) { return ImVec2(at[t[k]].x(), at[t[k]].y()); };

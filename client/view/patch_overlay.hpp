@@ -1,4 +1,4 @@
-// A patch's surface on the body: its triangles, and at each vertex how far the patch missed the server's frame.
+// A patch's surface on the body: its triangles, and at each vertex the distance by which the patch missed the server's frame.
 #pragma once
 
 #include "client/view/camera.hpp"
@@ -9,10 +9,11 @@ namespace palpate {
 
 struct Pen;
 
-/// The foresight's vertices on the body as `shown`, told by where `frame`, the shape of the foresight's moment, has them.
+/// Places the foresight's vertices on the body as `shown`, matched by their positions in `frame`, the shape of the foresight's
+/// moment.
 std::vector<PatchPin> pins_on(const Foresight& foresight, std::span<const Vec3f> frame, std::span<const Vec3f> shown);
 
-/// Lines of misses are so many times as long as the misses: the legend's end is a twentieth of the body.
+/// Returns the magnification of the lines of misses: the end of the legend is a twentieth of the body.
 float miss_magnification(const Sight& sight);
 void draw_patch(const Pen& pen, const Sight& sight, const Camera& camera);
 

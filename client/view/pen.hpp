@@ -17,9 +17,9 @@ struct Pen {
   ImDrawList& list;
   const Theme& theme;
   float scale, width, height;
-  float bottom;  ///< above it words and scales stand: the picture's lower edge, or the replay bar's upper one
+  float bottom;  ///< lower limit of text and scales: the lower edge of the picture, or the upper edge of the replay bar
 
-  /// Both return the width of the words.
+  /// Both return the width of the text.
   float text(float x, float y, float size, const Vec3f& color, const std::string& words) const {
     list.AddText(ImGui::GetFont(), size * scale, {x, y}, packed(color), words.c_str());
     return measure(size, words);
@@ -27,7 +27,7 @@ struct Pen {
   float measure(float size, const std::string& words) const {
     return ImGui::GetFont()->CalcTextSizeA(size * scale, 1e9F, 0, words.c_str()).x;
   }
-  /// Ends at x.
+  /// Draws text that ends at x.
   void text_left_of(float x, float y, float size, const Vec3f& color, const std::string& words) const {
     text(x - measure(size, words), y, size, color, words);
   }

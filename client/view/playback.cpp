@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-/// The two neighbours of a moment in a list ascending in body_time, and how far it is from the first to the second.
+/// Finds the two neighbours of a moment in a list ascending in body_time, and its relative position between them.
 template <class Item>
 struct Between {
   const Item *from, *to;

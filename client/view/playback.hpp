@@ -1,9 +1,9 @@
-// What to show now: shapes and tools come at the server's frame rate, pictures at the display's.
+// Selects the moment to show: shapes and tools arrive at the server's frame rate, pictures are drawn at the display's.
 //
 // A shape of body time b that arrives at a is late by a - b; the least lateness of the last seconds, L, is a path without
-// queueing. At the time t we show the moment  b(t) = t - L - delay(),  interpolated between the two shapes around it, so
-// motion is smooth while shapes come no later than delay() allows: one frame period for the interpolation plus a margin for
-// jitter. Nothing is extrapolated: when shapes stop, the last one stays. The result needs no common clock, only equal rates.
+// queueing. At the time t the moment shown is  b(t) = t - L - delay(),  interpolated between the two shapes around it, so motion
+// is smooth while shapes arrive within delay(): one frame period for the interpolation plus a margin for jitter. Nothing is
+// extrapolated: when shapes stop, the last one stays. This needs no common clock, only equal rates.
 #pragma once
 
 #include <deque>
@@ -21,23 +21,23 @@ class Playback {
   void add(const Tools& tools, Micros now);
 
   bool empty() const { return shapes_.empty(); }
-  /// Shape and tools of the moment that is due; false while there is no shape.
+  /// Returns shape and tools of the moment that is due; false while there is no shape.
   bool at(Micros now, Shape& shape, std::vector<ToolView>& tools) const;
-  /// Body time of what is shown at `now`; only with a shape.
+  /// Body time of the moment shown at `now`; only with a shape.
   Micros moment(Micros now) const { return now - latenesses_.front().value - delay(); }
   Micros delay() const { return period_ + kJitterMargin; }
   Micros period() const { return period_; }
-  /// The shape that came for this body time, give or take 5 ms; nullptr when none did.
+  /// Returns the shape of this body time within 5 ms; nullptr when there is none.
   const Shape* frame_at(Micros body_time) const;
-  /// The newest of what came, in order of body time.
+  /// The newest shapes received, in order of body time.
   const std::deque<Shape>& shapes() const { return shapes_; }
   const std::deque<Tools>& tools() const { return tools_; }
 
  private:
   static constexpr std::size_t kKept = 16;
   static constexpr Micros kJitterMargin{15'000};
-  static constexpr Micros kBreak{2'000'000};   ///< a jump of body time after which the past is of no use
-  static constexpr Micros kForget{5'000'000};  ///< how far back the least lateness is looked for
+  static constexpr Micros kBreak{2'000'000};   ///< a jump of body time after which the past is discarded
+  static constexpr Micros kForget{5'000'000};  ///< window of the least lateness
 
   struct Lateness {
     Micros at, value;

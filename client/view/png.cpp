@@ -15,8 +15,8 @@ void write_png(const std::filesystem::path& file, const Picture& picture) {
   image.width = static_cast<png_uint_32>(picture.width);
   image.height = static_cast<png_uint_32>(picture.height);
   image.format = PNG_FORMAT_RGB;
-  constexpr int kMostLinks = 40;  // in a row, as the system has it
-  // What a link leads to is written, and nothing but a file is replaced.
+  constexpr int kMostLinks = 40;  // limit for chained links, as in the system
+  // Links are followed, and only a regular file is replaced.
   std::error_code error;
   std::filesystem::path real = file;
   for (int links = 0; links < kMostLinks && std::filesystem::is_symlink(real, error); ++links)

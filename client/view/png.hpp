@@ -13,7 +13,7 @@ struct Picture {
   std::vector<std::uint8_t> rgb;
 };
 
-/// Throws std::runtime_error naming the file and why it could not be written. The file appears whole or not at all.
+/// Throws std::runtime_error naming the file and the reason when it cannot be written. The file appears complete or not at all.
 void write_png(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace palpate

@@ -8,7 +8,7 @@ namespace {
 
 // Shares of the body's diagonal.
 constexpr float kHover = 0.05F, kDepth = 0.045F, kLeastDepth = 0.005F, kMostDepth = 0.15F, kDepthStep = 0.006F;
-constexpr float kMostLift = 0.12F, kLiftAWay = 0.6F;  // the second for a way as long as the picture is high
+constexpr float kMostLift = 0.12F, kLiftAWay = 0.6F;  // kLiftAWay: for a path as long as the height of the picture
 
 struct Ray {
   Vec3f from, direction;
@@ -22,7 +22,7 @@ Ray ray_of(const Camera& camera, const Pointer& pointer) {
   return {near, (at(1) - near).normalized()};
 }
 
-/// Where a ray meets the plane through a point across the camera's line of sight.
+/// Returns the intersection of a ray with the plane through a point across the camera's line of sight.
 Vec3f on_plane(const Ray& ray, const Camera& camera, const Vec3f& through) {
   const Vec3f back = camera.axes().col(2);
   return ray.from + ray.direction * ((through - ray.from).dot(back) / ray.direction.dot(back));
@@ -58,7 +58,7 @@ PointerTool::PointerTool(std::span<const Triangle> triangles, std::span<const Ve
       size_(bounds(triangles, rest).diagonal()),
       depth_m_(kDepth * size_) {
   update_normals(triangles, rest, normals_);
-  point_ -= kHover * size_ * normal_;  // so that it begins at home
+  point_ -= kHover * size_ * normal_;  // the tool begins at home
 }
 
 void PointerTool::deepen(float steps) {
@@ -69,7 +69,7 @@ Vec3 PointerTool::target(const Camera& camera, const Pointer& pointer, Micros el
   return (contact_ == ContactKind::attach ? pull(camera, pointer) : press(camera, pointer, elapsed)).cast<double>();
 }
 
-/// Mean normal of the vertices within reach: a stroke over the edges of a coarse mesh must not jerk the tool.
+/// Returns the mean normal of the vertices within reach: a stroke over the edges of a coarse mesh must not jerk the tool.
 Vec3f PointerTool::smooth_normal(const Vec3f& point, const Vec3f& flat) const {
   const float reach = 0.08F * size_;
   Vec3f sum = 1e-3F * flat;
@@ -81,9 +81,9 @@ Vec3f PointerTool::smooth_normal(const Vec3f& point, const Vec3f& flat) const {
   return sum.normalized();
 }
 
-/// The pointer, or how far towards it from where the tool's point appears the tool may go now. `held` once it is there.
+/// Returns the pointer, or the point towards it that the tool may reach now from its present place. `held` on arrival.
 Pointer PointerTool::walk(const Camera& camera, const Pointer& pointer, Micros elapsed) {
-  constexpr Micros kMost{50'000};  // after a pause it does not leap
+  constexpr Micros kMost{50'000};  // no leap after a pause
   const Eigen::Matrix4f view_projection = camera.projection(pointer.width / pointer.height) * camera.view();
   const Vec3f now = to_pixels(view_projection, point_, pointer.width, pointer.height);
   const Eigen::Vector2f way = Eigen::Vector2f(pointer.x, pointer.y) - now.head<2>();

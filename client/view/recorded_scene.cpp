@@ -10,20 +10,20 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kLinkHolds{1'000'000};  // after which a link that nobody reports is not known
-constexpr Micros kLossOver{10'000'000};  // over which losses are counted
-constexpr Micros kCostOver{1'000'000};   // over which frames are averaged
+constexpr Micros kLinkHolds{1'000'000};  // age beyond which a link's report is out of date
+constexpr Micros kLossOver{10'000'000};  // time over which losses are counted
+constexpr Micros kCostOver{1'000'000};   // time over which frames are averaged
 constexpr Micros kFarFrames{250'000};    // frames farther apart are not joined by a motion
 constexpr const char* kExpected = "a room's recording, made by palpate-server with --record";
 
-/// The last item at or before t; end() when there is none.
+/// Returns the last item at or before t; end() when there is none.
 template <class Item>
 auto last_until(const std::vector<Item>& items, Micros t) {
   const auto after = std::upper_bound(items.begin(), items.end(), t, [](Micros at, const Item& item) { return at < item.t; });
   return after == items.begin() ? items.end() : std::prev(after);
 }
 
-/// Items after `since`, up to t.
+/// Returns the items after `since`, up to t.
 template <class Item>
 std::span<const Item> within(const std::vector<Item>& items, Micros since, Micros t) {
   const auto later = [](Micros at, const Item& item) { return at < item.t; };
@@ -123,7 +123,7 @@ void RecordedScene::make_course() {
     for (std::size_t i = 0; i < hand.touches.size(); ++i) {
       const RecordedTouch& touch = hand.touches[i];
       if (touch.t < begin() || !touch.contact) continue;
-      // Frames may be farther apart than parts: a force is taken to hold until the next frame.
+      // Frames may be farther apart than parts: a force is assumed to last until the next frame.
       const std::size_t first = part_of(touch.t), next = i + 1 < hand.touches.size() ? part_of(hand.touches[i + 1].t) : first;
       for (std::size_t part = first; part < std::max(first + 1, next); ++part)
         course_[part] = std::max(course_[part], static_cast<float>(touch.force.norm()) / force_max_n_);
@@ -142,7 +142,7 @@ const std::vector<Vec3>& RecordedScene::positions(std::size_t shape) {
   auto at = read_.find(place.block);
   if (at == read_.end()) {
     if (read_.size() >= 2) read_.erase(place.block > read_.rbegin()->first ? read_.begin() : std::prev(read_.end()));
-    // It was read when the recording was opened; should the file have changed since, the body stays at rest.
+    // It was readable when the recording was opened; if the file has changed since, the body stays at rest.
     at = read_.emplace(place.block, recording_.read(place.block).value_or(RecordedBlock{})).first;
   }
   const auto& shapes = at->second.shapes;
@@ -164,7 +164,7 @@ void RecordedScene::shape_at(Micros t, Shape& shape) {
   for (std::size_t v = 0; v < b.size(); ++v) shape.positions[v] += s * (b[v].cast<float>() - shape.positions[v]);
 }
 
-/// A tool is there when the last frame had it.
+/// Returns the tools of the last frame.
 std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
   std::vector<ToolView> tools;
   const auto frame = last_until(frames_, t);
@@ -186,7 +186,7 @@ std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
   return tools;
 }
 
-/// How the tool is held and its buttons.
+/// Sets orientation and buttons of the tool.
 void RecordedScene::hold_at(const Hand& hand, Micros t, ToolView& tool) {
   if (const auto change = last_until(hand.buttons, t); change != hand.buttons.end()) tool.buttons = change->pressed;
   const auto a = last_until(hand.turns, t);

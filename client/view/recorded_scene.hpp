@@ -1,9 +1,9 @@
-// A room's recording as something to look at: shapes and tools of any moment, and what the panels say of it.
+// A room's recording for the viewer: shapes and tools of any moment, and the figures for the panels.
 //
-// Opening goes through the recording once and keeps all of it but the shapes, which stay in the file and are read as they are
-// shown. Between two recorded shapes the vertices move straight; the writer leaves out a shape that is as the last one, so the
-// motion towards a shape begins one period of the shapes before it. Tools move straight between two frames. Both depend on the
-// moment alone: a moment looks the same however it was reached.
+// Opening reads through the recording once and keeps everything but the shapes, which stay in the file and are read when shown.
+// Between two recorded shapes the vertices move linearly; the writer omits a shape that equals the last one, so the motion
+// towards a shape begins one period of the shapes before it. Tools move linearly between two frames. Both depend on the moment
+// alone: a moment looks the same however it was reached.
 #pragma once
 
 #include <map>
@@ -26,22 +26,22 @@ class RecordedScene {
 
   const BodyMesh& mesh() const { return mesh_; }
   const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
-  /// Of the recording; before its first shape the first one is shown.
+  /// Ends of the recording; before its first shape the first one is shown.
   Micros begin() const { return recording_.begin(); }
   Micros end() const { return recording_.end(); }
-  /// Between two frames.
+  /// Time between two frames.
   Micros period() const { return period_; }
-  /// Blocks that could not be read; what they held is missing.
+  /// Number of unreadable blocks; their contents are missing.
   std::size_t damaged_blocks() const { return damaged_; }
 
-  /// Shape and tools at t, in [begin, end].
+  /// Returns shape and tools at t, in [begin, end].
   ViewMoment at(Micros t);
-  /// Links, schemes and costs as of t: of the last second of frames; losses of the last ten.
+  /// Returns links, schemes and costs as of t, over the last second of frames; losses over the last ten.
   RoomView room_at(Micros t) const;
-  /// The plots as somebody would see them who had watched up to t.
+  /// Fills the plots as they would be after watching up to t.
   void plot(Micros t, History& forces, History& patch_ages) const;
 
-  /// Names of the hands with a tool, in the order in which they came.
+  /// Returns the names of the hands with a tool, in order of arrival.
   std::vector<std::string> hands() const;
   float displacement_max_m() const { return displacement_max_m_; }
   float force_max_n() const { return force_max_n_; }
@@ -84,7 +84,7 @@ class RecordedScene {
   std::vector<Frame> frames_;
   std::map<StationId, Hand> hands_;
   std::vector<float> course_;
-  std::map<std::size_t, RecordedBlock> read_;  ///< blocks of the shapes around the moment last shown
+  std::map<std::size_t, RecordedBlock> read_;  ///< blocks of the shapes around the moment shown last
   Micros period_{50'000}, shape_period_{100'000};
   std::size_t damaged_ = 0;
   float displacement_max_m_ = 0, force_max_n_ = 0;

@@ -84,7 +84,7 @@ void Renderer::draw_body(const Shown& shown) {
   body_batch_.draw();
 }
 
-// A pulled body draws the tool back, so the arrow points into it: what the body hides of it shows through, faintly.
+// Draws arrows faintly through the body: a pulled body pulls the tool back, so the arrow points into it.
 void Renderer::draw_hidden_arrows(const Lights& lights) const {
   constexpr float kFaint = 0.6F;
   light(solid_, lights);

@@ -1,8 +1,8 @@
 // Draws one moment of the body and its instruments into a framebuffer, OpenGL 3.3 core.
 //
 // Passes: shadow maps (key light and straight down) -> the floor's shadow, blurred -> body -> solids -> background -> floor with
-// a ruler grid, the last four with 4x multisampling unless the look says otherwise, then resolved into the target. A pass whose
-// inputs are those of the picture before is left out: shadows of a body at rest, and everything but the last step when the
+// a ruler grid, the last four with 4x multisampling unless disabled by the look, then resolved into the target. A pass whose
+// inputs equal those of the previous picture is skipped: shadows of a body at rest, and everything but the last step when the
 // camera rests too.
 #pragma once
 
@@ -19,14 +19,14 @@ namespace palpate {
 class Renderer {
  public:
   /// Needs a current OpenGL 3.3 core context. Throws std::runtime_error when the driver refuses a shader or a target. `density`:
-  /// pixels of a point, by which lines are as wide on any display.
+  /// pixels per point, which keeps line widths equal on any display.
   explicit Renderer(float density);
   void draw(const Sight& sight, const Camera& camera, const Look& look, int width, int height, GlId target);
-  /// Pictures that were more than a copy of the one before.
+  /// Number of pictures that were more than a copy of the one before.
   int drawn() const { return drawn_; }
 
  private:
-  /// What a picture of the same body and solids depends on.
+  /// Inputs of a picture apart from body and solids.
   struct Shown {
     Lights lights;
     float color_max;
@@ -43,7 +43,7 @@ class Renderer {
   void bind_samples(const Shown& shown);
   void resolve(int width, int height, GlId target) const;
 
-  std::array<std::optional<GlProgram>, 6> body_;  ///< plain, then curved; each for every kind of lines, made when first drawn
+  std::array<std::optional<GlProgram>, 6> body_;  ///< plain, then curved; each for every kind of lines, created when first drawn
   GlProgram solid_, plain_depth_, curved_depth_, solid_depth_;
   BodyBatch body_batch_;
   SolidBatch solid_batch_;

@@ -30,7 +30,7 @@ void draw_course(const Pen& pen, const ReplayBar& bar, const ReplayState& state,
   }
 }
 
-/// "1:02.3", the tenths rounded down so that a moment never counts as later than it is.
+/// Returns for example "1:02.3", rounded down so that a moment never appears later than it is.
 std::string clock_words(Micros t) {
   const auto tenths = t / Micros{100'000};
   return fmt::format("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);

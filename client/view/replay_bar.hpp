@@ -1,4 +1,4 @@
-// The bar under a played recording: play or pause, time, the forces of the whole recording with the moment that is shown, speed.
+// The bar under a played recording: play or pause, time, the forces of the whole recording with the moment shown, speed.
 #pragma once
 
 #include <optional>
@@ -14,21 +14,21 @@ struct ReplayState {
   Micros begin{}, end{}, at{};
   double speed = 1;
   bool playing = false;
-  std::vector<float> course;  ///< what is drawn along the time, in equal parts, each from 0 to 1
+  std::vector<float> course;  ///< curve along the time, in equal parts, each from 0 to 1
 };
 
-/// Where things are, in pixels from the top left.
+/// Layout in pixels from the top left.
 struct ReplayBar {
-  static constexpr float kHeight = 54;  ///< of the picture's lower edge, in units of the interface scale
+  static constexpr float kHeight = 54;  ///< height above the lower edge of the picture, in units of the interface scale
   ReplayBar(float width, float height, float scale);
-  /// On the sign for play or pause.
+  /// True on the sign for play or pause.
   bool on_button(float x, float y) const;
-  /// On the track.
+  /// True on the track.
   bool on_track(float x, float y) const;
-  /// The moment at x, the nearest end beside the track.
+  /// Returns the moment at x, the nearest end outside the track.
   Micros moment_at(const ReplayState& state, float x) const;
 
-  float left, right, top, bottom;  ///< of the track
+  float left, right, top, bottom;  ///< edges of the track
   float button_left, button_right;
 };
 

@@ -1,6 +1,6 @@
-// Which moment of a recording is shown: playing, paused, faster, slower, gone to.
+// The moment of a recording to show: playing, paused, faster, slower, or after a seek.
 //
-//     moment(now) = anchor + speed * (now - anchored at),  kept within the recording; playing ends at its end.
+//     moment(now) = anchor + speed * (now - anchored at),  clamped to the recording; playing stops at its end.
 #pragma once
 
 #include "common/base/types.hpp"
@@ -11,7 +11,7 @@ class ReplayClock {
  public:
   static constexpr int kMostDoublings = 3;  ///< speeds from 1/8 to 8
 
-  /// Paused at the beginning. begin <= end.
+  /// Starts paused at the beginning. begin <= end.
   ReplayClock(Micros begin, Micros end) : begin_(begin), end_(end), anchor_(begin) {}
 
   Micros begin() const { return begin_; }
@@ -23,9 +23,9 @@ class ReplayClock {
   /// Plays or pauses; at the end it plays from the beginning.
   void toggle(Micros now);
   void pause(Micros now);
-  /// To this moment, or the nearest there is; goes on playing when it was.
+  /// Moves to this moment, clamped to the recording; keeps playing when it was.
   void seek(Micros moment, Micros now);
-  /// Twice as fast n times, -n times half as fast.
+  /// Multiplies the speed by 2^n; n may be negative.
   void double_speed(int n, Micros now);
 
  private:

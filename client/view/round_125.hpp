@@ -3,11 +3,11 @@
 
 namespace palpate {
 
-/// The smallest that is not below x > 0.
+/// Returns the smallest round figure that is not below x > 0.
 float round_up_125(float x);
-/// The largest that is not above x > 0.
+/// Returns the largest round figure that is not above x > 0.
 float round_down_125(float x);
-/// What lies between two lines of equal value on a body whose legend ends at `color_max`.
+/// Returns the step between contour lines on a body whose legend ends at `color_max`.
 float contour_step(float color_max);
 
 }  // namespace palpate

@@ -3,9 +3,9 @@
 namespace palpate::shaders {
 namespace {
 
-// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels. On the body the
-// disc is turned from pixel to pixel (interleaved gradient noise: J. Jimenez, SIGGRAPH 2014 courses), so that few taps give grain
-// in place of bands; on the floor, whose pixels are large, grain would be spots.
+// A disc of taps, evenly spread (golden angle); each tap is itself a bilinear comparison of four texels. On the body the disc is
+// rotated from pixel to pixel (interleaved gradient noise: J. Jimenez, SIGGRAPH 2014 courses), so that few taps give grain
+// instead of bands; on the floor, whose pixels are large, grain would appear as spots.
 const char* const kShadow = R"GLSL(
 uniform sampler2DShadow u_key_map;
 uniform mat4 u_key_matrix;
@@ -24,9 +24,9 @@ float lit_fraction(sampler2DShadow map, mat4 matrix, vec3 p, float radius, float
 }
 )GLSL";
 
-// Key light with a wrapped terminator (light that wanders under the skin), fill from the eye's right, rim from behind,
-// hemisphere ambient, two glossy lobes. Inputs are centroid samples: at a silhouette they must not be extrapolated.
-// All in linear light; the last line is a filmic shoulder and the sRGB curve.
+// Key light with a wrapped terminator (light scattered under the skin), fill from the eye's right, rim from behind, hemisphere
+// ambient, two glossy lobes. Inputs are centroid samples: at a silhouette they must not be extrapolated. All in linear light; the
+// last line is a filmic shoulder and the sRGB curve.
 const char* const kStudio = R"GLSL(
 uniform vec3 u_eye, u_key_direction, u_fill_direction, u_rim_direction;
 uniform vec3 u_key, u_fill, u_rim, u_sky, u_floor;
@@ -219,7 +219,7 @@ void main() {
 )GLSL";
 }
 
-// What the floor does to the background: darken it where light is hidden, and a faint grid as a ruler.
+// Effect of the floor on the background: darker where light is hidden, and a faint grid as a ruler.
 std::string floor_fragment() {
   return R"GLSL(
 in vec3 v_position;

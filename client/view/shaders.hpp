@@ -5,12 +5,12 @@
 
 namespace palpate::shaders {
 
-std::string plain_body_vertex();       ///< triangles as they are
+std::string plain_body_vertex();       ///< unrefined triangles
 std::string curved_body_vertex();      ///< curved (PN) triangles, one instance per triangle
-std::string body_fragment(int lines);  ///< of `Lines`: a program has nothing of what it does not draw
+std::string body_fragment(int lines);  ///< an int of `Lines`: each program contains only what it draws
 std::string solid_vertex();            ///< instruments and arrows
 std::string solid_fragment();
-std::string floor_shadow_fragment();  ///< what of key light and sky the floor does not see, in floor coordinates
+std::string floor_shadow_fragment();  ///< share of key light and sky that the floor does not see, in floor coordinates
 std::string floor_vertex();           ///< shadow catcher and grid
 std::string floor_fragment();
 std::string background_vertex();

@@ -27,7 +27,7 @@ void ShapeAssembly::emit(std::vector<Shape>& finished) {
                       shown_});
 }
 
-/// Opens the frame when it is a newer one. False when it is over.
+/// Opens the frame when it is a newer one. Returns false when it is over.
 bool ShapeAssembly::reach(std::uint32_t frame, Micros body_time, std::vector<Shape>& finished) {
   if (frame_ != 0 && !is_newer(frame, frame_)) return open_ && frame == frame_;
   if (open_) emit(finished);

@@ -1,8 +1,8 @@
-// Shapes of the body, each put together from what one frame changed.
+// Shapes of the body, assembled from the changes of each frame.
 //
-// A frame's pieces name blocks of vertices and what they are now; the Tools after them say how many pieces there were. A frame
-// whose pieces all came is complete. One that a newer frame overtakes is shown with what came of it (the server sends again what
-// was lost, as it is by then). A block is never put back to an older frame.
+// A frame's pieces carry numbered blocks of vertices and their new values; the Tools after them carry the number of pieces. A
+// frame whose pieces all arrived is complete. A frame that a newer one overtakes is shown with the pieces that arrived (the
+// server sends the lost blocks again, with their values by then). A block never returns to an older frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,25 +16,25 @@ namespace palpate {
 
 struct Shape {
   Micros body_time{};
-  std::vector<Eigen::Vector3f> positions;  ///< of every vertex [m]
-  std::vector<float> scalars;              ///< of every vertex in `channel`; empty: none
+  std::vector<Eigen::Vector3f> positions;  ///< position of every vertex [m]
+  std::vector<float> scalars;              ///< value of every vertex in `channel`; empty: none
   ShapeChannel channel = ShapeChannel::position;
 };
 
 struct ShapeCounts {
   std::uint64_t complete = 0, healed = 0;
   std::uint64_t late_pieces = 0, misfits = 0;
-  std::uint64_t bytes = 0;  ///< of blocks
+  std::uint64_t bytes = 0;  ///< size of the blocks
 };
 
 class ShapeAssembly {
  public:
-  /// Start over with the body at rest, which is what a server takes a new viewer to have.
+  /// Starts over with the body at rest, which a server assumes of a new viewer.
   void rest(const std::vector<MeshVertex>& vertices);
-  /// The channel whose values go into shapes, position: none.
+  /// Selects the channel whose values go into shapes, position: none.
   void show(ShapeChannel channel) { shown_ = channel; }
 
-  /// Take one message and append the shapes that it finishes, none, one or two, to `finished` in order of time.
+  /// Processes one message and appends the shapes that it completes, none, one or two, to `finished` in order of time.
   void take(const ShapePiece& piece, std::vector<Shape>& finished);
   void take(const Tools& tools, std::vector<Shape>& finished);
   const ShapeCounts& counts() const { return counts_; }
@@ -46,11 +46,11 @@ class ShapeAssembly {
 
   std::vector<Eigen::Vector3f> rest_, positions_;
   std::array<std::vector<float>, kShapeChannels> fields_;                ///< [0] is not used
-  std::array<std::vector<std::uint32_t>, kShapeChannels> block_frames_;  ///< in which a block was last heard of, 0 = never
+  std::array<std::vector<std::uint32_t>, kShapeChannels> block_frames_;  ///< frame in which a block was last received, 0 = never
   ShapeChannel shown_ = ShapeChannel::position;
   std::uint32_t frame_ = 0;  ///< 0: none yet
   Micros body_time_{};
-  std::uint32_t came_ = 0, expected_ = 0;  ///< pieces of this frame; 0 until Tools tell, and then one more for themselves
+  std::uint32_t came_ = 0, expected_ = 0;  ///< pieces of this frame; expected_ is 0 until Tools arrive, then counts Tools as well
   bool open_ = false;
   ShapeCounts counts_;
 };

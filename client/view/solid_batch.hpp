@@ -9,21 +9,21 @@ namespace palpate {
 
 class SolidBatch {
  public:
-  /// Needs a current OpenGL 3.3 core context, as all that follows.
+  /// Needs a current OpenGL 3.3 core context, as do all functions below.
   SolidBatch();
-  /// Shows these tools from now on. Returns whether anything is another than before.
+  /// Shows these tools from now on. Returns true when anything differs from before.
   bool show(const Sight& sight, const Box& rest);
   void draw() const;
   void draw_arrows() const;
 
-  /// Of an instrument's ball tip and of its arrow, in proportion to the body [m].
+  /// Radius of an instrument's ball tip and of its arrow, in proportion to the body [m].
   static float tip_radius(const Box& rest) { return 0.014F * rest.diagonal(); }
 
  private:
   GlVertexArray array_;
   GlBuffer buffer_;
   SolidMesh solids_, next_;
-  std::size_t arrows_from_ = 0;  ///< in solids_, up to their end
+  std::size_t arrows_from_ = 0;  ///< index into solids_; the arrows end with it
 };
 
 }  // namespace palpate

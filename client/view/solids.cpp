@@ -25,7 +25,7 @@ Vec2f shared(const Vec2f& own, const Vec2f& neighbour) {
 
 const Vec3f kGrip(0.16F, 0.17F, 0.19F);
 
-/// A short rocker along the grip, on the side of x: shows how the stylus is rolled, and whether a button is pressed.
+/// Appends a short rocker along the grip, on the side of x: it shows the roll of the stylus, and whether a button is pressed.
 void append_button(SolidMesh& mesh, const Stylus& stylus) {
   const Vec3f idle(0.42F, 0.44F, 0.47F), color = stylus.pressed ? stylus.color : idle;
   const float r = stylus.tip_radius, sunk = stylus.pressed ? 0.62F : 0.80F;

@@ -1,4 +1,4 @@
-// Triangles of the things that are not the body: instruments and force arrows, built anew for each frame (a few hundred each).
+// Triangles of everything but the body: instruments and force arrows, rebuilt for each frame (a few hundred each).
 #pragma once
 
 #include <optional>
@@ -16,21 +16,21 @@ struct SolidVertex {
 };
 using SolidMesh = std::vector<SolidVertex>;  ///< three vertices a triangle
 
-/// One ring of a turned part: radius and height along the axis [m], and the look of the stretch from here to the next ring.
+/// One ring of a turned part: radius and height along the axis [m], and the appearance of the section from here to the next ring.
 struct Ring {
   float radius = 0, height = 0;
   Vec3f color = Vec3f::Ones();
   float gloss = 0;
 };
 
-/// Turns a profile around an axis through `base`. Neighbouring stretches share normals where they bend by less than 45 degrees.
+/// Turns a profile around an axis through `base`. Neighbouring sections share normals where they bend by less than 45 degrees.
 void append_turned(SolidMesh& mesh, const Vec3f& base, const Vec3f& axis, const std::vector<Ring>& profile);
 
 /// A slender stylus whose ball tip is centred on the tool point.
 struct Stylus {
   Vec3f tip = Vec3f::Zero();
   float tip_radius = 0;
-  Vec3f color = Vec3f::Ones();  ///< of its collar, and of its button while that is pressed; sRGB
+  Vec3f color = Vec3f::Ones();  ///< colour of its collar, and of its button while pressed; sRGB
   /// Axes of T (common/base/tool_pose.hpp) in W. Without them the device has three degrees of freedom: the direction of the shaft
   /// is a convention, up, leaning to the back right, and there is no button.
   std::optional<Eigen::Matrix3f> axes = {};
@@ -38,7 +38,7 @@ struct Stylus {
 };
 void append_stylus(SolidMesh& mesh, const Stylus& stylus);
 
-/// An arrow of the given length starting at `from`; nothing when it is shorter than its own width.
+/// Appends an arrow of the given length from `from`; nothing when it is shorter than its own width.
 void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb);
 
 }  // namespace palpate

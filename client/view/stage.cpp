@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kArrowShare = 0.24F;  // of the body's diagonal, for the strongest force seen
+constexpr float kArrowShare = 0.24F;  // share of the body's diagonal, for the strongest force seen
 
 float interface_scale(int width, int height, float density) {
   const float fit = std::min(static_cast<float>(width) / 1280.0F, static_cast<float>(height) / 800.0F) / density;

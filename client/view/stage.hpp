@@ -1,4 +1,4 @@
-// Renderer and overlay together: a moment of the body becomes a framebuffer or a picture.
+// Renderer and overlay together: they turn a moment of the body into a framebuffer or a picture.
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@
 
 namespace palpate {
 
-/// Scales that a viewer can read off a legend: rounded, and never shrinking while one watches.
+/// Scales for legible legends: rounded, and never shrinking while one watches.
 class Scales {
  public:
-  /// Without scalars the colours are those of displacement; each channel has a legend of its own.
+  /// Extends the scales to a moment. Without scalars the colours are those of displacement; each channel has a legend of its own.
   void see(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::span<const Vec3f> rest,
            std::span<const ToolView> tools, ShapeChannel channel = ShapeChannel::position, std::span<const float> scalars = {});
-  /// The same of what is known to come: the most that vertices move, the largest force.
+  /// Extends them to known maxima: the largest motion of a vertex, the largest force.
   void expect(float displacement_m, float force_n);
   void see_misses(std::span<const PatchPin> pins);
   /// End of the legend: [m] of displacement, or in the unit of the scalars.
@@ -40,13 +40,13 @@ class Stage {
   /// Draws into a framebuffer of this size.
   void draw(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height,
             GlId target);
-  /// The same as a picture, through a framebuffer of its own.
+  /// Returns the same as a picture, through a framebuffer of its own.
   Picture photograph(const Sight& sight, const Caption& caption, const Camera& camera, const Look& look, int width, int height);
 
-  /// Of the pictures of the body those that were more than a copy of the one before.
+  /// Number of pictures of the body that were more than a copy of the one before.
   int drawn() const { return renderer_.drawn(); }
 
-  /// Where the replay bar of a picture of this size is.
+  /// Returns the layout of the replay bar in a picture of this size.
   ReplayBar replay_bar(float width, float height) const { return {width, height, overlay_.scale()}; }
 
  private:

@@ -1,5 +1,5 @@
-// What the renderer needs to know about a deformed surface: normals, whether it is closed, how large it is. In frame W, single
-// precision (display only).
+// Properties of a deformed surface for the renderer: normals, whether it is closed, its size. In frame W, single precision
+// (display only).
 #pragma once
 
 #include <Eigen/Core>
@@ -17,10 +17,10 @@ using Vec3f = Eigen::Vector3f;
 /// vertex that no triangle uses. `triangles` index into `positions`.
 void update_normals(std::span<const Triangle> triangles, std::span<const Vec3f> positions, std::vector<Vec3f>& normals);
 
-/// Every edge lies between two triangles that turn the same way: what is inside cannot be seen.
+/// True when every edge lies between two triangles of the same orientation: the inside is not visible.
 bool is_closed(std::span<const Triangle> triangles);
 
-/// How deep `point` lies below a closed surface, by its nearest point [m]; 0 outside, and of a surface that is not closed.
+/// Depth of `point` below a closed surface, by its nearest point [m]; 0 outside, and for a surface that is not closed.
 class DepthGauge {
  public:
   DepthGauge() = default;
@@ -28,7 +28,7 @@ class DepthGauge {
   float at(const Vec3& point) const;
 
  private:
-  Surface surface_;  ///< empty where it is not closed
+  Surface surface_;  ///< empty when it is not closed
   std::vector<double> positions_;
 };
 
@@ -38,7 +38,7 @@ struct Box {
   float diagonal() const { return (high - low).norm(); }
 };
 
-/// Box of the vertices that triangles use, of all when there is no triangle; a unit box when there is nothing.
+/// Returns the box of the vertices that triangles use, of all vertices when there is no triangle; a unit box when there are none.
 Box bounds(std::span<const Triangle> triangles, std::span<const Vec3f> positions);
 
 }  // namespace palpate

@@ -92,7 +92,7 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   if (const auto* room = std::get_if<RoomView>(&message.body)) room_ = *room;
   if (const auto* beat = std::get_if<Beat>(&message.body)) reset_.hear(beat->resets);
   const auto* const piece = std::get_if<ShapePiece>(&message.body);
-  // Without the mesh a shape means nothing: it counts as lost, and what it held comes again.
+  // Without the mesh a shape is meaningless: it counts as lost, and its contents are sent again.
   if (piece && !mesh_.complete()) return;
   note(message.seq, now);
   if (piece) take_shape(*piece, now);
@@ -102,7 +102,7 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   playback_.add(*tools, now);
 }
 
-/// Remembers that a datagram came, to tell the server.
+/// Notes that a datagram arrived, to report it to the server.
 void ViewCore::note(std::uint32_t seq, Micros now) {
   const auto ahead = static_cast<std::int32_t>(seq - state_.newest);
   if (!heard_any_ || ahead > 0) {

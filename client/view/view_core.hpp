@@ -1,9 +1,10 @@
-// A viewer's side of a session without sockets, threads or clocks: take a datagram, tick, emit datagrams, say the deadline.
+// A viewer's side of a session without sockets, threads or clocks: it receives datagrams, ticks, emits datagrams and states its
+// next deadline.
 //
-// Life of a viewer: joining (Hello every 250 ms until Welcome) -> joined (mesh pieces asked for, each again after 150 ms, until
-// all are in and the hash is right; then shapes count; a Beat every 250 ms; a ViewState, which says what came, 50 ms after
-// something did) -> joining again when the server does not know us or was not
-// heard for kLostAfter. Refused for another reason: it says so and keeps asking, once a second.
+// Life of a viewer: joining (Hello every 250 ms until Welcome) -> joined (requests mesh pieces, each again after 150 ms, until
+// all have arrived and the hash is right; then shapes count; a Beat every 250 ms; a ViewState, which reports what arrived, 50 ms
+// after an arrival) -> joining again when the server does not know the viewer or has been silent for kLostAfter. A viewer refused
+// for another reason reports it and retries once a second.
 #pragma once
 
 #include <array>
@@ -27,11 +28,11 @@ enum class ViewLink : std::uint8_t { joining, joined, refused };
 
 struct ViewCounts {
   std::uint64_t sent = 0, received = 0, bytes_received = 0, joins = 0, stale = 0;
-  std::uint64_t unproven = 0;  ///< in the server's name, but without an echo of ours (client_core.hpp)
+  std::uint64_t unproven = 0;  ///< in the server's name, but without an echo of our own stamps (client_core.hpp)
   std::array<std::uint64_t, kWireFaults> dropped{};
 };
 
-/// What a picture shows.
+/// The contents of a picture.
 struct ViewMoment {
   Shape shape;
   std::vector<ToolView> tools;
@@ -40,55 +41,54 @@ struct ViewMoment {
 class ViewCore {
  public:
   static constexpr Micros kHelloEvery{250'000}, kRetryEvery{1'000'000}, kBeatEvery{250'000}, kLostAfter{2'000'000};
-  static constexpr Micros kSilentAfter{500'000};  ///< ten frames at 20 Hz: what was said last need not hold any more
+  static constexpr Micros kSilentAfter{500'000};  ///< ten frames at 20 Hz: older reports are out of date
   static constexpr Micros kMeshRetry{150'000}, kStateEvery{50'000};
-  static constexpr std::size_t kMeshWindow = 16;  ///< pieces asked for at a time
+  static constexpr std::size_t kMeshWindow = 16;  ///< pieces requested at a time
 
-  /// `alike`: another name like `station` will do where that is taken.
+  /// `alike`: the server may assign a similar name when `station` is in use.
   ViewCore(std::string station, Micros now, std::string room = {}, bool alike = false);
 
   void take(std::span<const std::byte> bytes, Micros now);
   void tick(Micros now);
-  /// Bytes of the next datagram for the server written into `out`, 0 when there is none. Call until 0.
+  /// Writes the next datagram for the server into `out`. Returns its size, 0 when there is none. Call until it returns 0.
   std::size_t emit(std::span<std::byte> out, Micros now);
   Micros deadline() const;
-  /// Say goodbye: the next emit() is a Leave.
+  /// Says goodbye: the next emit() returns a Leave.
   void leave();
-  /// Have the body put back to rest, as soon as the server is there.
+  /// Requests a reset of the body to rest, sent as soon as the server is there.
   void ask_reset() { reset_.ask(); }
   bool reset_pending() const { return reset_.pending(); }
-  /// Show this channel beside the positions; position: none.
+  /// Requests this channel in addition to the positions; position: none.
   void show_channel(ShapeChannel channel);
-  /// Most that shapes may take, 0 = the server's default.
+  /// Limits the data rate of shapes [kbit/s], 0 = the server's default.
   void limit(std::uint16_t kbit_s) { kbit_s_ = kbit_s; }
 
   ViewLink link() const { return link_; }
   const std::string& refusal() const { return refusal_; }
-  const Welcome& welcome() const { return welcome_; }  ///< meaningful when joined once
+  const Welcome& welcome() const { return welcome_; }  ///< valid after the first join
 
-  /// Mesh and at least one shape are here: there is something to draw.
+  /// True when the mesh and at least one shape have arrived: there is something to draw.
   bool ready() const { return mesh_.complete() && !playback_.empty(); }
   const BodyMesh& mesh() const { return mesh_.mesh(); }
-  /// The body at rest, what displacement is measured from.
+  /// The body at rest: displacement is measured from it.
   const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
-  /// Grows with every new topology: whoever keeps something about the mesh forgets it then.
+  /// Version of the mesh, which grows with every new topology: data derived from the mesh is invalid then.
   std::uint64_t mesh_version() const { return mesh_version_; }
-  /// The moment that is due at `now`; false while there is none.
+  /// Returns the moment that is due at `now` in `moment`; false while there is none.
   bool show(Micros now, ViewMoment& moment) const { return ready() && playback_.at(now, moment.shape, moment.tools); }
-  /// How long ago the body was as it is shown: what computing, the way here and the smoothing of playback() take. Only when
-  /// ready.
+  /// Age of the body's displayed state: computing, network and the smoothing of playback(). Only when ready.
   Micros lateness(Micros now) const;
-  /// How the room does, as the server last said; empty before.
+  /// State of the room from the server's newest report; empty before the first.
   const RoomView& room() const { return room_; }
-  /// Frames of the body that came in the last second.
+  /// Number of the body's frames received in the last second.
   int shapes_lately(Micros now) const;
-  /// The server is heard: what it said last still holds.
+  /// True while the server is heard: its newest report is valid.
   bool heard_lately(Micros now) const { return link_ == ViewLink::joined && now - heard_ < kSilentAfter; }
-  /// The newest datagram that answered one of ours, a refusal too; the beginning before the first.
+  /// Time of the newest datagram that answered one of ours, refusals included; the start of the session before the first.
   Micros last_answer() const { return answered_; }
-  /// The last of them said that the server is shutting down.
+  /// True when that datagram said that the server is shutting down.
   bool sent_away() const { return sent_away_; }
-  /// How long it has been silent.
+  /// Duration of the server's silence.
   Micros silence(Micros now) const { return now - heard_; }
 
   const Playback& playback() const { return playback_; }
@@ -118,19 +118,19 @@ class ViewCore {
   std::uint32_t seq_out_ = 0;
   Micros heard_, answered_, next_hello_, next_beat_, next_mesh_;
   bool hello_due_ = false, beat_due_ = false, state_due_ = false, leave_due_ = false, left_ = false, sent_away_ = false;
-  std::deque<std::uint32_t> asking_;  ///< mesh pieces to ask for now
-  std::size_t asked_ = 0;             ///< pieces still expected of the last round
+  std::deque<std::uint32_t> asking_;  ///< mesh pieces to request now
+  std::size_t asked_ = 0;             ///< requested pieces of the last round that have not arrived
   ClockSync clock_;
   ResetRequest reset_;
   MeshAssembly mesh_;
   ShapeAssembly shapes_;
   Playback playback_;
-  std::deque<Micros> shapes_came_;  ///< in the last second
+  std::deque<Micros> shapes_came_;  ///< arrival times in the last second
   std::vector<Shape> finished_;
   std::vector<Eigen::Vector3f> rest_;
   RoomView room_;
-  ViewState state_;         ///< of the datagrams of this session
-  bool heard_any_ = false;  ///< `state_` holds something
+  ViewState state_;         ///< for the datagrams of this session
+  bool heard_any_ = false;  ///< true: `state_` is in use
   Micros next_state_ = Micros::max();
   ShapeChannel channel_ = ShapeChannel::position;
   std::uint16_t kbit_s_ = 0;

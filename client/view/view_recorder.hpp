@@ -1,7 +1,8 @@
-// A room's recording made from what a viewer receives: every shape, tools once a frame, links and costs as the panels show them.
+// A room's recording from the datagrams that a viewer receives: every shape, tools once a frame, links and costs as in the
+// panels.
 //
-// It differs from the server's own: no scene, vertices numbered as viewers are sent them and right to 0.04 mm, samples of tools
-// only once a frame, no count of datagrams, patches without their size. Times are the server's clock.
+// Differences from the server's own recording: no scene, vertices in the viewers' numbering and accurate to 0.04 mm, samples of
+// tools only once a frame, no count of datagrams, no size of patches. Times are on the server's clock.
 #pragma once
 
 #include <map>
@@ -16,15 +17,15 @@ namespace palpate {
 
 class ViewRecorder {
  public:
-  /// `core` is ready(); `unix_time` is now on the wall clock.
+  /// `core` is ready(); `unix_time`: the current time of the wall clock.
   ViewRecorder(const ViewCore& core, const std::string& program, Micros unix_time);
 
-  /// What came since the last time. Call at least every few frames: a playback keeps sixteen.
+  /// Records everything since the last call. Call at least every few frames: a playback keeps sixteen.
   void take(const ViewCore& core, Micros now);
   void finish() { writer_.finish(); }
-  /// Bytes of the file that were not taken yet.
+  /// Returns the bytes of the file that were not returned yet.
   std::vector<std::byte> bytes() { return writer_.take(); }
-  /// The body has become another one, which this recording cannot hold.
+  /// True when the body has another mesh, which this recording cannot hold.
   bool outlived(const ViewCore& core) const { return core.mesh_version() != mesh_version_; }
 
  private:
@@ -36,8 +37,8 @@ class ViewRecorder {
 
   std::uint64_t mesh_version_;
   RecordingWriter writer_;
-  std::map<std::string, StationId> stations_;   ///< that are here
-  std::map<StationId, std::uint32_t> buttons_;  ///< that were pressed last
+  std::map<std::string, StationId> stations_;   ///< stations that are present
+  std::map<StationId, std::uint32_t> buttons_;  ///< buttons pressed last
   StationId stations_ever_ = 0;
   Micros shape_until_ = Micros::min(), tools_until_ = Micros::min(), next_links_ = Micros::min();
 };

@@ -30,13 +30,13 @@ PublicKey key_given(const char* where, const std::string& text) {
   return *key;
 }
 
-/// A line of a key file is made of it: what would end the name there must not be in it.
+/// Returns a name that can be part of a line of a key file: it must not contain what would end it there.
 const std::string& name_given(const char* where, const std::string& name) {
   if (!fits_name(name)) throw InputError(where, in_quotes(name) + " is no name", kNameExpected);
   return name;
 }
 
-/// `where_name`: the argument that has the name.
+/// `where_name`: the argument with the name.
 Rights rights_given(const Options& o, const char* where_name) {
   Rights rights;
   name_given(where_name, o.name);
@@ -46,12 +46,12 @@ Rights rights_given(const Options& o, const char* where_name) {
   rights.kbit_s = o.kbit_s;
   rights.streams = o.streams;
   if (!read_roles(o.roles, rights)) throw InputError("--role", "\"" + o.roles + "\" is no role", "hand, viewer, or hand,viewer");
-  // What a key file may say, a token may say.
+  // The limits of key files apply to tokens, too.
   parse_keys(station_line(PublicKey{}, rights), "--room");
   return rights;
 }
 
-/// A key or token that did not get to where it was sent is none.
+/// Prints a line; throws when it cannot be written, because the key or token is lost then.
 void print_line(const std::string& text) {
   if (std::printf("%s\n", text.c_str()) < 0 || std::fflush(stdout) != 0)
     throw InputError("standard output", "cannot be written", "room on the disk");
@@ -132,7 +132,7 @@ CLI::App* add_command(CLI::App& app, const char* name, const char* text) {
   return command;
 }
 
-/// What is typed without a flag.
+/// Adds an argument that is typed without a flag.
 void add_operand(CLI::App& command, const char* name, std::string& value, const char* text) {
   command.add_option(name, value, text)->required()->type_name(name)->option_text("REQUIRED");
 }

@@ -1,5 +1,5 @@
-// Vectors of two, four or eight doubles, for loops that are compiled for each width and chosen when the program starts: same
-// arithmetic in every lane, nothing contracted, so the same bits whatever the width.
+// Vectors of two, four or eight doubles, for loops that are compiled for each width and selected at program start: the same
+// arithmetic in every lane, no contraction, so the same bits for every width.
 #pragma once
 
 #include <cmath>
@@ -36,7 +36,7 @@ PALPATE_INLINE const Doubles<N>& doubles(const double* at) {
   return *reinterpret_cast<const Doubles<N>*>(at);
 }
 
-/// What a comparison of Doubles gives: in every lane all bits or none.
+/// Result of a comparison of Doubles: in every lane all bits or none.
 template <std::size_t N>
 using Truths = decltype(Doubles<N>{} < Doubles<N>{});
 

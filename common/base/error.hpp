@@ -1,5 +1,5 @@
-// Bad input (a scene, a flag, a file): what is wrong, where, and what was expected, in one line. Set-up code throws it;
-// programs print it and exit with 2.
+// Bad input (a scene, a flag, a file): the fault, its place, and what was expected, in one line. Set-up code throws it; programs
+// print it and exit with 2.
 #pragma once
 
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// How far from its node a tool takes hold of it: a hand that is further away would pull the body to it, or be pulled.
+// Largest distance between a tool and the node that it grasps [m]: from further away it would pull the body to it, or be pulled.
 #pragma once
 
 namespace palpate {

@@ -1,4 +1,4 @@
-// Words of a file or a sender inside a message for people: on one line, short, and without what a terminal would obey.
+// Text from a file or a sender, made safe for messages: on one line, short, and without control characters for terminals.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// The text with '?' for every control character and every byte that is not UTF-8.
+/// Returns the text with '?' for every control character and every byte that is not UTF-8.
 inline std::string made_plain(std::string_view text) {
   std::string out;
   while (!text.empty()) {
@@ -20,7 +20,7 @@ inline std::string made_plain(std::string_view text) {
   return out;
 }
 
-/// "text", made plain, in double quotes or in those given; what exceeds 60 bytes as "...".
+/// Returns the text, made plain, in double quotes or the given mark; the part beyond 60 bytes becomes "...".
 inline std::string in_quotes(std::string_view text, char mark = '"') {
   constexpr std::size_t kShown = 60;
   const std::string plain = made_plain(text.substr(0, kShown + 1));

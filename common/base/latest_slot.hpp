@@ -13,12 +13,12 @@ namespace palpate {
 template <class T>
 class LatestSlot {
  public:
-  /// Writer: the buffer to fill before publish(). Its old content is unspecified.
+  /// Writer: returns the buffer to fill before publish(). Its old content is unspecified.
   T& back() { return buffers_[back_]; }
-  /// Writer: make back() the newest value.
+  /// Writer: makes back() the newest value.
   void publish() { back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex; }
 
-  /// Reader: the newest value if one came since the last call, otherwise nullptr. Valid until the next call.
+  /// Reader: returns the newest value if one was published since the last call, otherwise nullptr. Valid until the next call.
   T* take() {
     if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return nullptr;
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;

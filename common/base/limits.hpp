@@ -13,10 +13,10 @@ inline constexpr int kMaxSamplesPerDatagram = 64;       ///< tool samples in one
 inline constexpr int kMaxNameBytes = 64;                ///< station and scene names
 inline constexpr int kMaxStations = 64;                 ///< stations of one room
 inline constexpr int kHapticRateHz = 1000;
-inline constexpr int kSampleHistoryTicks = 4096;                ///< tool samples a client keeps to catch up with
+inline constexpr int kSampleHistoryTicks = 4096;                ///< tool samples that a client keeps to replay patches over
 inline constexpr double kWorldExtentM = 10.0;                   ///< positions beyond this are refused
 inline constexpr double kMinRateHz = 1.0, kMaxRateHz = 1000.0;  ///< frame rate of a server
-inline constexpr double kMaxDeadband = 0.5;                     ///< share of a force by which patches may be wrong on purpose
+inline constexpr double kMaxDeadband = 0.5;                     ///< share of a force by which patches may deliberately be wrong
 
 static_assert(kSampleHistoryTicks >= 4 * kHapticRateHz, "a patch up to 4 s old can be caught up with");
 

@@ -1,4 +1,4 @@
-// Text from elsewhere: UTF-8 (RFC 3629) on one line.
+// Text from outside: UTF-8 (RFC 3629) on one line.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// Bytes of the character that `s` begins with, 0 where it begins with none: not UTF-8 in its shortest form, a surrogate, or
+/// Returns the size in bytes of the first character of `s`, 0 for invalid bytes: not UTF-8 in its shortest form, a surrogate, or
 /// beyond U+10FFFF.
 constexpr std::size_t character_bytes(std::string_view s) {
   const auto byte = [&](std::size_t k) { return static_cast<std::uint32_t>(static_cast<unsigned char>(s[k])); };
@@ -25,7 +25,7 @@ constexpr std::size_t character_bytes(std::string_view s) {
   return shortest && !(code >= 0xd800 && code <= 0xdfff) ? length : 0;
 }
 
-/// The code of a character of so many bytes.
+/// Returns the code of a character of that many bytes.
 constexpr std::uint32_t code_of(std::string_view s, std::size_t bytes) {
   std::uint32_t code = static_cast<unsigned char>(s[0]);
   if (bytes > 1) code &= 0xffu >> (bytes + 1);
@@ -33,8 +33,8 @@ constexpr std::uint32_t code_of(std::string_view s, std::size_t bytes) {
   return code;
 }
 
-/// Control characters (C0, DEL, C1), ends of lines and paragraphs, and those of Unicode's class Cf, which turn the direction of
-/// what follows or cannot be seen: a text with them looks like another one.
+/// True for control characters (C0, DEL, C1), ends of lines and paragraphs, and those of Unicode's class Cf, which change the
+/// direction of the following text or are invisible: a text with them looks like another one.
 constexpr bool is_invisible(std::uint32_t code) {
   constexpr std::uint32_t kRanges[][2] = {
       {0x00, 0x1f},       {0x7f, 0x9f},       {0xad, 0xad},      {0x600, 0x605},     {0x61c, 0x61c},     {0x6dd, 0x6dd},
@@ -46,7 +46,7 @@ constexpr bool is_invisible(std::uint32_t code) {
   return false;
 }
 
-/// Whether all of it is UTF-8 and can be seen.
+/// True when the text is UTF-8 and completely visible.
 constexpr bool is_plain_text(std::string_view s) {
   while (!s.empty()) {
     const std::size_t length = character_bytes(s);
@@ -57,10 +57,11 @@ constexpr bool is_plain_text(std::string_view s) {
 }
 
 inline constexpr char kNameCharacters[] = "UTF-8 without control characters, others that cannot be seen, or \"";
-/// Whether it may be the name of a station, room or scene: plain text without the quotes in which logs and tables put it.
+/// True when the text may be the name of a station, room or scene: plain text without the quotes that logs and tables put around
+/// it.
 constexpr bool is_plain_name(std::string_view s) { return is_plain_text(s) && s.find('"') == std::string_view::npos; }
 
-/// The longest beginning of at most `most` bytes that does not end within a character.
+/// Returns the longest beginning of at most `most` bytes that does not end within a character.
 constexpr std::string_view cut_text(std::string_view s, std::size_t most) {
   std::size_t end = 0;
   while (end < s.size()) {

@@ -1,7 +1,7 @@
-// Random numbers whose bits are the same on every machine: the distributions of <random> are not.
+// Random numbers with the same bits on every machine: the distributions of <random> differ.
 //
 // xoshiro256** (Blackman and Vigna, "Scrambled linear pseudorandom number generators", 2018), seeded by splitmix64 as its authors
-// advise. Every simulated part owns one, with a seed of its own.
+// advise. Every simulated part owns a generator with its own seed.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ class Random {
   constexpr explicit Random(std::uint64_t seed) {
     for (auto& word : state_) word = splitmix64(seed);
   }
-  /// Continues from a whole state (not all zero).
+  /// Continues from a complete state (not all zero).
   constexpr explicit Random(const std::array<std::uint64_t, 4>& state) : state_(state) {}
 
   constexpr std::uint64_t bits() {
@@ -38,7 +38,7 @@ class Random {
     state_[3] = std::rotl(state_[3], 45);
     return result;
   }
-  /// In [0, 1), 53 bits.
+  /// Uniform in [0, 1), 53 bits.
   constexpr double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// True with the given probability.
@@ -48,7 +48,7 @@ class Random {
   std::array<std::uint64_t, 4> state_{};
 };
 
-/// Draws numbers that nobody can guess; in virtual time such that repeat.
+/// Draws numbers that nobody can guess; in virtual time numbers that repeat.
 using SecretSource = std::function<std::uint64_t()>;
 inline SecretSource repeatable(std::uint64_t seed) {
   return [random = Random(seed)]() mutable { return random.bits(); };

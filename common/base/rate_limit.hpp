@@ -1,6 +1,6 @@
-// How often something may be done, whoever asks for it how often: so many times at once, then once in `every`.
+// Limits the rate of an action, however often it is requested: a burst at first, then once in `every`.
 //
-//     tokens(t) = min(burst, tokens(t0) + (t - t0) / every)        each time takes one
+//     tokens(t) = min(burst, tokens(t0) + (t - t0) / every)        each action uses one
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@ class RateLimit {
   RateLimit(int burst, Micros every) : span_(burst * every), every_(every) {}
 
   bool allows(Micros now) const { return std::max(empty_at_, now - span_) + every_ <= now; }
-  /// Once, where it is allowed.
+  /// Uses one token. Only when allowed.
   void take(Micros now) { empty_at_ = std::max(empty_at_, now - span_) + every_; }
 
  private:
   Micros span_, every_;
-  Micros empty_at_{Micros::min() / 2};  ///< when tokens that come since then were none
+  Micros empty_at_{Micros::min() / 2};  ///< time at which there were no tokens, given those that arrived since
 };
 
 }  // namespace palpate

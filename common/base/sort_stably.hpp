@@ -1,9 +1,9 @@
-// Sorting in which what compares equal stays in its order, for items of any alignment.
+// Stable sorting for items of any alignment.
 //
-// std::stable_sort, std::stable_partition and std::inplace_merge of GCC 12 take their buffer from std::get_temporary_buffer,
-// which knows no alignment beyond that of operator new: items with more of it (an Eigen::Quaterniond has 32 bytes where AVX is
-// on) then lie where no aligned instruction may reach them, by chance of the heap. So nothing else in the project calls these
-// (tests/style): here they sort places, and a std::vector, whose memory is aligned, takes the items.
+// std::stable_sort, std::stable_partition and std::inplace_merge of GCC 12 get their buffer from std::get_temporary_buffer, which
+// ignores alignment beyond that of operator new: items with a larger one (an Eigen::Quaterniond has 32 bytes with AVX) may then
+// be misaligned for vector instructions, depending on the heap. So nothing else in the project calls these functions
+// (tests/style): here they sort iterators, and a std::vector, whose memory is aligned, holds the items.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// By `less` over [first, last), random access.
+/// Sorts [first, last), random access, by `less`.
 template <class Iterator, class Less>
 void sort_stably(Iterator first, Iterator last, const Less& less) {
   std::vector<Iterator> order;

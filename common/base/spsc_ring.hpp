@@ -12,7 +12,7 @@ class SpscRing {
   static_assert((kCapacity & (kCapacity - 1)) == 0, "capacity is a power of two");
 
  public:
-  /// Producer: false when full (the item is not taken; the caller counts it).
+  /// Producer: returns false when full (the item is not stored; the caller counts it).
   bool push(const T& item) {
     const auto head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == kCapacity) return false;
@@ -21,7 +21,7 @@ class SpscRing {
     return true;
   }
 
-  /// Consumer: false when empty.
+  /// Consumer: returns false when empty.
   bool pop(T& item) {
     const auto tail = tail_.load(std::memory_order_relaxed);
     if (tail == head_.load(std::memory_order_acquire)) return false;

@@ -1,4 +1,4 @@
-// Vectors, time and identifiers that both ends share. SI units everywhere; frame W (world) unless a name says otherwise.
+// Vectors, time and identifiers shared by both ends. SI units everywhere; frame W (world) unless a name says otherwise.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@ namespace palpate {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-/// Both an instant (since the clock's own epoch) and a duration; which clock is said where it is used.
+/// Both an instant (since the clock's own epoch) and a duration; each use names its clock.
 using Micros = std::chrono::microseconds;
 
 inline double seconds(Micros t) { return static_cast<double>(t.count()) * 1e-6; }
@@ -18,7 +18,7 @@ inline Micros from_seconds(double s) { return Micros{static_cast<std::int64_t>(s
 
 using StationId = std::uint32_t;
 
-/// One reading of the tool: where it was, and when, in the clock named by the user of the struct.
+/// One reading of the tool: its position and time, in the clock named by the user of the struct.
 struct ToolSample {
   Micros t{};
   Vec3 position = Vec3::Zero();  ///< [m]

@@ -1,4 +1,4 @@
-// How the programs speak of their flags: one manner of helps, and of one-line errors for a line that cannot be understood.
+// Common style of the programs' flags: of their helps, and of one-line errors for a bad command line.
 //
 //     --rate-hz N=20 (1 to 1000)  frames a second        in helps: name of the value, default, range or words, REQUIRED
 //     --rate-hz: "abc" is no number; expected 1 to 1000; see palpate-server --help
@@ -26,7 +26,7 @@
 
 namespace palpate {
 
-/// A number from `low` to `high`, both whole where only whole ones are meant; "nan" is none.
+/// Accepts a number from `low` to `high`, whole if both are integers; rejects "nan".
 template <class Number>
 CLI::Validator number_from(Number low, Number high) {
   constexpr const char* kKind = std::is_integral_v<Number> ? "whole number" : "number";
@@ -42,7 +42,7 @@ CLI::Validator number_from(Number low, Number high) {
   return {judge, "(" + range + ")"};
 }
 
-/// A whole number from 0 on. CLI11 takes "-1" for 2^64 - 1.
+/// Accepts a whole number from 0. Needed because CLI11 reads "-1" as 2^64 - 1.
 inline CLI::Validator whole_number() {
   const auto judge = [](const std::string& typed) -> std::string {
     std::uint64_t value{};
@@ -53,7 +53,7 @@ inline CLI::Validator whole_number() {
   return {judge, ""};
 }
 
-/// One of these words.
+/// Accepts one of these words.
 inline CLI::Validator one_of(const std::vector<std::string>& words) {
   const auto listed = [&](const char* between) { return fmt::format("{}", fmt::join(words, between)); };
   const auto judge = [words, all = listed(", ")](const std::string& typed) -> std::string {
@@ -63,7 +63,7 @@ inline CLI::Validator one_of(const std::vector<std::string>& words) {
   return {judge, "{" + listed(",") + "}"};
 }
 
-/// What is to be typed behind a flag: CLI11 puts what checks say of themselves behind the type, after a colon.
+/// Returns the placeholder of a flag's value: CLI11 appends the descriptions of validators to the type, after a colon.
 inline std::string value_name(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const auto check = std::min(type.find(":("), type.find(":{"));
@@ -75,10 +75,10 @@ inline std::string value_name(const CLI::Option& option) {
   return name == "INT" || name == "UINT" || name == "FLOAT" ? "N" : name;
 }
 
-/// Names what a flag takes, its default and its range, in place of types of a programming language.
+/// Prints a flag's placeholder, default and range instead of types of a programming language.
 class HelpFormat : public CLI::Formatter {
  public:
-  /// `--touch{mouse}`, a flag that may be given a value, is --touch[=NAME].
+  /// Formats `--touch{mouse}`, a flag with an optional value, as --touch[=NAME].
   std::string make_option_name(const CLI::Option* option, bool positional) const override {
     std::string name = CLI::Formatter::make_option_name(option, positional);
     const auto begin = name.find('{'), end = name.find('}');
@@ -96,7 +96,7 @@ class HelpFormat : public CLI::Formatter {
   }
 
  private:
-  /// " N=20 (1 to 1000) REQUIRED"
+  /// Returns for example " N=20 (1 to 1000) REQUIRED".
   static std::string value_of(const CLI::Option& option) {
     const std::string name = value_name(option), type = option.get_type_name();
     const auto range = type.find(":(");
@@ -113,7 +113,7 @@ class HelpFormat : public CLI::Formatter {
   }
 };
 
-/// Before flags and sub-commands are added: the name and `version` of the program, its manner of helping, and how it is typed.
+/// Sets the name and `version` of the program, its help format and an example. Call before flags and sub-commands are added.
 inline void describe_program(CLI::App& app, const std::string& version, const std::string& example) {
   app.formatter(std::make_shared<HelpFormat>());
   app.set_help_flag("-h,--help", "print this help and end");
@@ -121,8 +121,8 @@ inline void describe_program(CLI::App& app, const std::string& version, const st
   app.footer(fmt::format("Example:\n  {}\n\nDocumentation: docs/reference/command-line.md", example));
 }
 
-/// One line for a command line that is not understood: what, and what was expected. Flags that are not there come first: what
-/// else is missing may be what they were meant for.
+/// Returns one line for a bad command line: the fault and what was expected. Unknown flags come first, because a missing flag may
+/// have been meant by one of them.
 inline std::string what_is_wrong(const CLI::App& app, const CLI::ParseError& error) {
   const auto chosen = app.get_subcommands();
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
@@ -143,14 +143,14 @@ inline std::string what_is_wrong(const CLI::App& app, const CLI::ParseError& err
   return fmt::format("{}; see {}", said, help);
 }
 
-/// The body of main(): what `run` returns; 0 after --help and --version; 2 with one line on stderr, which begins with the name of
-/// `app`, for wrong usage or input; 1 with one for what failed later, writing to stdout included.
+/// The body of main(). Returns the result of `run`; 0 after --help and --version; 2 with one line on stderr, which begins with
+/// the name of `app`, for wrong usage or input; 1 with one line for later failures, including writing to stdout.
 inline int run_program(CLI::App& app, const std::function<int()>& run) {
   const auto fail = [&](const std::string& line, int status) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), line);
     return status;
   };
-  // What was asked for may be in a file on a disk that is full.
+  // Standard output may be a file on a full disk.
   const auto said = [&](int status) {
     const bool whole = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.flush().good();
     return whole || status != 0 ? status : fail("what it says could not be written", 1);

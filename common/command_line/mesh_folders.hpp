@@ -1,4 +1,4 @@
-// The flag of every program that opens scenes: where their meshes may lie besides the scene's own folder.
+// The flag of every program that opens scenes: folders for their meshes besides the scene's own folder.
 #pragma once
 
 #include <filesystem>

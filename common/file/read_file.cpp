@@ -12,7 +12,7 @@ namespace {
 
 std::string in_words(std::errc fault) { return std::make_error_code(fault).message(); }
 
-/// Why what is at that place is nothing to read; empty when it may be.
+/// Returns the reason for which the file at that place must not be read; empty when it may be.
 std::string objection(const std::filesystem::path& file) {
   std::error_code fault;
   const auto type = std::filesystem::status(file, fault).type();

@@ -1,4 +1,4 @@
-// Addresses of sockets as the trust channel knows them, both ways.
+// Conversion between socket addresses and those of the trust channel.
 #pragma once
 
 #include "common/io/endpoint.hpp"
@@ -12,7 +12,7 @@ inline ChannelAddress channel_address(const UdpEndpoint& from) {
   return {v6.to_bytes(), from.port(), v6.is_link_local() ? static_cast<std::uint32_t>(v6.scope_id()) : 0};
 }
 
-/// For a socket of this protocol, which is the one that it came by.
+/// For a socket of the same protocol as the one that received the address.
 inline UdpEndpoint endpoint_of(const ChannelAddress& to, const asio::ip::udp& protocol) {
   const asio::ip::address_v6 v6(to.ip, to.scope);
   if (protocol == asio::ip::udp::v6()) return {v6, to.port};

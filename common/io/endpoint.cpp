@@ -16,7 +16,7 @@ InputError wrong(std::string_view where, const std::string& what, const std::str
 }
 
 void widen_buffers(UdpSocket& socket) {
-  asio::error_code ignored;  // a smaller buffer than wished works too
+  asio::error_code ignored;  // a smaller buffer than requested works too
   socket.set_option(asio::socket_base::receive_buffer_size(kSocketBufferBytes), ignored);
   socket.set_option(asio::socket_base::send_buffer_size(kSocketBufferBytes), ignored);
 }

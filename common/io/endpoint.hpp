@@ -1,4 +1,4 @@
-// HOST:PORT from a flag to a UDP address and a bound socket. Set-up code: what is wrong is thrown as InputError.
+// HOST:PORT from a flag to a UDP address and a bound socket. Set-up code: faults are thrown as InputError.
 #pragma once
 
 #include <asio/io_context.hpp>
@@ -13,8 +13,8 @@ namespace palpate {
 using UdpEndpoint = asio::ip::udp::endpoint;
 using UdpSocket = asio::ip::udp::socket;
 
-/// May be right later with the same command line: a name that is not known yet, an address that this machine has not got yet, a
-/// port that another program still has.
+/// A fault that may be gone later with the same command line: a name that does not resolve yet, an address that this machine does
+/// not have yet, a port that another program still uses.
 class AddressNotReady : public InputError {
   using InputError::InputError;
 };
@@ -27,17 +27,17 @@ struct HostPort {
 /// Splits "HOST:PORT" or "[IPV6]:PORT"; `where` names the flag in the error. Port 0 asks the system for a free one.
 HostPort parse_host_port(std::string_view where, std::string_view text);
 
-/// The address that `text` names, IPv4 first when it has both kinds. Asks the resolver, so it may block for seconds.
+/// Returns the address named by `text`, IPv4 first when it has both kinds. Asks the resolver, so it may block for seconds. Throws
 /// AddressNotReady for a host that does not resolve.
 UdpEndpoint resolve_udp(std::string_view where, std::string_view text);
 
-/// A socket that receives at `address`. AddressNotReady for a port in use or an address of another machine.
+/// Returns a socket that receives at `address`. Throws AddressNotReady for a port in use or an address of another machine.
 UdpSocket bind_udp(asio::io_context& io, std::string_view where, const UdpEndpoint& address);
 
-/// A socket for talking to `server` from any free port of this machine.
+/// Returns a socket for talking to `server` from any free port of this machine.
 UdpSocket open_udp_towards(asio::io_context& io, const UdpEndpoint& server);
 
-/// "127.0.0.1:4711" or "[::1]:4711".
+/// Returns for example "127.0.0.1:4711" or "[::1]:4711".
 std::string to_string(const UdpEndpoint& endpoint);
 
 }  // namespace palpate

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMostKeyFileBytes = 1 << 20;
 
-/// An open file, closed when it goes.
+/// An open file, closed on destruction.
 class KeyDescriptor {
  public:
   explicit KeyDescriptor(int fd) : fd_(fd) {}
@@ -41,7 +41,7 @@ class KeyDescriptor {
   throw InputError(file.string(), what + " (" + std::strerror(errno) + ")", expected);
 }
 
-/// Of a regular file: a pipe would keep whoever reads it waiting, and the network of a server that takes its keys anew.
+/// Returns the status of a regular file. A pipe would block the reader, and the network of a server that reloads its keys.
 struct stat about_of(int fd, const std::filesystem::path& file, const std::string& expected) {
   struct stat about {};
   if (fd < 0 && errno == EACCES) fail_with_errno(file, "cannot be read", "a file that this user may read");
@@ -73,7 +73,7 @@ void write_whole(int fd, const std::string& text, const std::filesystem::path& f
   if (::fsync(fd) != 0) fail_with_errno(file, "cannot be written", "a disk that works");
 }
 
-/// Written and synced beside `file`, of the owner and group of `like`, for whom `mode` says.
+/// Writes and syncs a temporary file in the same folder, with the owner and group of `like` and the permissions `mode`.
 std::filesystem::path write_beside(const std::filesystem::path& file, const std::string& text, const struct stat& like,
                                    ::mode_t mode) {
   std::string beside = file.string() + ".part-XXXXXX";
@@ -96,7 +96,7 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
-/// Who may read the folder may hold it: nobody is waited for for ever.
+/// Locks the folder. Anyone who may read it may hold the lock, so the wait is limited.
 void lock_folder(int folder, const std::filesystem::path& named) {
   constexpr std::chrono::milliseconds kTryEvery{20};
   constexpr int kTries = 250;
@@ -124,7 +124,7 @@ std::string read_secret_text(const std::filesystem::path& file) {
 }
 
 void write_new_secret(const std::filesystem::path& file, const std::string& text) {
-  struct stat like {};  // of root's keys the owner is the folder's: a service that keeps its keys there has to read them
+  struct stat like {};  // root's new file gets the folder's owner: a service that keeps its keys there has to read them
   if (::geteuid() != 0 || ::stat(folder_of(file).c_str(), &like) != 0) like.st_uid = ::geteuid(), like.st_gid = ::getegid();
   const auto beside = write_beside(file, text, like, S_IRUSR | S_IWUSR);
   const int failed = ::link(beside.c_str(), file.c_str()) != 0 ? errno : 0;
@@ -139,7 +139,7 @@ void change_secret(const std::filesystem::path& named, const std::function<std::
   std::error_code unknown;
   const auto there = std::filesystem::canonical(named, unknown);
   const auto file = unknown ? named : there;
-  const KeyDescriptor folder(folder_of(file), O_RDONLY | O_DIRECTORY);  // whose lock outlives the file
+  const KeyDescriptor folder(folder_of(file), O_RDONLY | O_DIRECTORY);  // locked instead of the file, which is replaced
   lock_folder(folder.get(), named);
   const std::string text = change(read_secret_text(file));
   struct stat about {};

@@ -1,7 +1,7 @@
-// Key files on disk: what nobody else may read (mode 0600), and never half of it.
+// Key files on disk: readable by their owner alone (mode 0600), and never half written.
 //
-// Written to a file beside it, synced, and put in place in one step: after a crash there is the old file or the new one. A file
-// that others may read, or a group may write, is refused with what to type against it.
+// A change is written to a temporary file in the same folder, synced, and renamed: after a crash there is the old file or the new
+// one. A file that others may read, or a group may write, is refused with the command that fixes it.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,12 @@
 
 namespace palpate {
 
-/// InputError when it cannot be read, or others could.
+/// Throws InputError when the file cannot be read, or others could read it.
 std::string read_secret_text(const std::filesystem::path& file);
-/// A file that must not be there yet. InputError.
+/// Writes a file that must not exist yet. Throws InputError.
 void write_new_secret(const std::filesystem::path& file, const std::string& text);
-/// Puts what `change` makes of its text in its place: of the same owner where we may say so, through links, one after the other
-/// where several do so at once. InputError.
+/// Replaces the file's text by the result of `change`. Keeps the owner where permitted, follows links, and serialises concurrent
+/// changes. Throws InputError.
 void change_secret(const std::filesystem::path& file, const std::function<std::string(std::string)>& change);
 
 SiteKeys read_site(const std::filesystem::path& file);

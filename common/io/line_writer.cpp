@@ -20,14 +20,14 @@ struct LineWriter::Shared {
 
   const int descriptor;
   const LeftOut left_out;
-  std::mutex mutex;  // of all below
+  std::mutex mutex;  // guards all members below
   std::condition_variable more, done;
   std::string waiting;
   std::uint64_t missing = 0;
   bool ending = false, ended = false;
 };
 
-/// False when nobody will read it.
+/// Returns false when nobody will read it.
 bool LineWriter::Shared::put(const std::string& part) const {
   constexpr int kLookEveryMs = 100;
   for (std::size_t from = 0; from < part.size();) {
@@ -47,7 +47,7 @@ void LineWriter::Shared::run() {
   while (true) {
     more.wait(lock, [&] { return ending || !waiting.empty(); });
     if (waiting.empty()) break;
-    const std::string part = waiting.substr(0, PIPE_BUF);  // as much as a pipe takes at once or not at all
+    const std::string part = waiting.substr(0, PIPE_BUF);  // written to a pipe at once or not at all
     lock.unlock();
     read = read && put(part);
     lock.lock();

@@ -1,4 +1,4 @@
-// Folders for what a program writes.
+// Creates folders for a program's output.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-/// The folder is there when it returns, with those above it; an empty name is the current one. InputError with `where` (the flag
-/// and what was typed) when it cannot be made.
+/// Creates the folder and its parents where they are missing; an empty name is the current folder. Throws InputError with `where`
+/// (the flag and its value) on failure.
 void make_folder(const std::string& where, const std::filesystem::path& folder);
 
 }  // namespace palpate

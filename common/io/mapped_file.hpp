@@ -1,4 +1,4 @@
-// A file as bytes in memory, read-only, without reading it whole.
+// A file mapped into memory, read-only.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ namespace palpate {
 
 class MappedFile {
  public:
-  /// Throws InputError when it cannot be read. Nobody shortens the file meanwhile; that it grows is not seen.
+  /// Throws InputError when it cannot be read. Nobody may shorten the file meanwhile; growth is not seen.
   explicit MappedFile(const std::filesystem::path& file);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;

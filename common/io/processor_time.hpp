@@ -1,4 +1,4 @@
-// Time that a processor has spent on the calling thread: what else runs on the machine does not count.
+// Processor time of the calling thread: other programs on the machine do not count.
 #pragma once
 
 #include <time.h>

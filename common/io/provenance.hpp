@@ -1,4 +1,4 @@
-// What a result file says of the run that made it, so that it can be told apart and made again.
+// Provenance of a result file: what identifies the run that made it, so that it can be repeated.
 #pragma once
 
 #include <filesystem>
@@ -6,12 +6,12 @@
 
 namespace palpate {
 
-/// FNV-1a (64 bits) of the bytes of a file, as 16 hexadecimal digits; empty when it cannot be read. Tells files apart, no more.
+/// FNV-1a (64 bits) of the bytes of a file, as 16 hexadecimal digits; empty when it cannot be read. Distinguishes files, no more.
 std::string file_hash(const std::filesystem::path& file);
 
 struct MachineName {
-  std::string processor;  ///< as its maker calls it
-  unsigned cores = 0;     ///< that this process sees
+  std::string processor;  ///< name given by its maker
+  unsigned cores = 0;     ///< cores that this process sees
   std::string system;     ///< kernel and its release
 };
 MachineName this_machine();

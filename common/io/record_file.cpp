@@ -26,7 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kSyncEvery{1};
 
-/// The error, 0 for none.
+/// Returns the error number, 0 for none.
 int write_all(int descriptor, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ::ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
@@ -42,18 +42,18 @@ int open_new(const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), kFlags | O_EXCL, kMode);
   struct stat about {};
   if (descriptor >= 0 || errno != EEXIST || ::stat(file.c_str(), &about) != 0 || S_ISREG(about.st_mode)) return descriptor;
-  const int pipe = ::open(file.c_str(), kFlags | O_NONBLOCK, kMode);  // one that nobody reads is not waited for
+  const int pipe = ::open(file.c_str(), kFlags | O_NONBLOCK, kMode);  // a pipe without a reader is not waited for
   if (pipe >= 0) ::fcntl(pipe, F_SETFL, ::fcntl(pipe, F_GETFL) & ~O_NONBLOCK);
   return pipe;
 }
 
-/// A folder may be emptied under a recording: what goes on being written then can be read by nobody.
+/// Returns true when the folder was emptied during the recording: nobody could read what is written from then on.
 bool is_removed(int descriptor) {
   struct stat about {};
   return ::fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) && about.st_nlink == 0;
 }
 
-/// Another program writes it: it holds the lock that RecordFile takes.
+/// Returns true when another program writes it and holds the lock of RecordFile.
 bool is_being_written(const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return false;
@@ -62,7 +62,7 @@ bool is_being_written(const std::filesystem::path& file) {
   return locked;
 }
 
-/// Pipes and devices cannot, and need not.
+/// Syncs a file. Pipes and devices cannot be synced, and need not be.
 int sync_data(int descriptor) {
   const bool fine = ::fdatasync(descriptor) == 0 || errno == EINVAL || errno == EROFS;
   return fine ? 0 : errno;
@@ -86,7 +86,7 @@ RecordFile::RecordFile(const std::string& flag, const std::filesystem::path& fil
     if (made_here) ::unlink(file.c_str());
     throw InputError(where, std::string("cannot be written: ") + std::strerror(fault), "room on the disk");
   }
-  ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where file systems have no locks, nobody is warned
+  ::flock(descriptor_, LOCK_EX | LOCK_NB);  // without locks in the file system there is no warning
   written_ = first.size();
   thread_ = std::thread([this] { run(); });
 }
@@ -122,7 +122,7 @@ std::optional<std::string> RecordFile::fault() {
   return std::exchange(fault_, std::nullopt);
 }
 
-/// With the lock held. A block that is missing would leave a hole: nothing is written after it.
+/// Fails with the lock held. A missing block would leave a hole: nothing is written after it.
 void RecordFile::fail(const std::string& why) {
   failed_ = true;
   fault_ = file_.string() + ": the recording ends here, the session goes on: " + why;
@@ -140,7 +140,7 @@ void RecordFile::put_on_disk(std::unique_lock<std::mutex>& lock) {
 }
 
 void RecordFile::run() {
-  // A limit on the size of files comes as an error of write(), not as a signal that would end the program.
+  // A limit on the size of files is reported as an error of write(), not as a signal that would end the program.
   ::sigset_t all;
   ::sigfillset(&all);
   ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
@@ -188,7 +188,7 @@ std::filesystem::path named_after(const std::filesystem::path& file, const std::
 
 namespace {
 
-/// Of `name` in the series that `stem` and `extension` make: 1 for the first; nothing for a file that is none of it.
+/// Returns the index of `name` in the series of `stem` and `extension`: 1 for the first; nothing for another file.
 std::optional<unsigned> place_in_series(std::string_view name, std::string_view stem, std::string_view extension) {
   if (!name.starts_with(stem) || !name.ends_with(extension) || name.size() < stem.size() + extension.size()) return std::nullopt;
   std::string_view between = name.substr(stem.size(), name.size() - stem.size() - extension.size());

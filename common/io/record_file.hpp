@@ -1,9 +1,9 @@
-// A file that is written behind by a thread of its own: whoever has bytes for it never waits for a disk.
+// A file written by a thread of its own, so that the caller never waits for a disk.
 //
-// At the start it must be a new file, so that no recording is overwritten (devices and pipes are taken as they are), and the
-// first bytes must reach it. It is locked (flock) while it is written. Later failures, of writing and of putting on the disk, and
-// the file's removal end the writing: fault() says why, once, and the bytes that come then are dropped. What was handed over
-// survives the end of the program within moments, and a power cut after at most a second (fdatasync).
+// It must be a new file at the start, so that no recording is overwritten (devices and pipes are exempt), and the first bytes
+// must be written. It is locked (flock) while it is open. A later failure of writing or syncing, and the removal of the file, end
+// the writing: fault() returns the reason, once, and later bytes are dropped. Bytes handed over survive the end of the program
+// within moments, and a power cut after at most a second (fdatasync).
 #pragma once
 
 #include <atomic>
@@ -22,23 +22,24 @@ namespace palpate {
 
 class RecordFile {
  public:
-  using Sync = std::function<int(int descriptor)>;        ///< the error, 0 for none
-  static constexpr std::size_t kMostWaiting = 64u << 20;  ///< bytes; a disk slower than that for long has failed
+  using Sync = std::function<int(int descriptor)>;        ///< returns an error number, 0 for none
+  static constexpr std::size_t kMostWaiting = 64u << 20;  ///< bytes; a disk that is slower for this long has failed
 
-  /// Makes the folder it lies in and writes `first` before it returns. InputError, with `flag` and the file, when it exists or
-  /// cannot be written. `sync` in place of fdatasync(), to break it.
+  /// Creates the folder of the file and writes `first` before it returns. Throws InputError, with `flag` and the file, when it
+  /// exists or cannot be written. `sync` replaces fdatasync() in tests of failures.
   RecordFile(const std::string& flag, const std::filesystem::path& file, std::vector<std::byte> first, Sync sync = {});
-  /// close().
+  /// Calls close().
   ~RecordFile();
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
   void write(std::vector<std::byte> bytes);
-  /// Why nothing is written any more, in a line for a person; told once.
+  /// Returns the reason when writing has failed, in a line for a person; once.
   std::optional<std::string> fault();
-  /// Writes what is left and waits until the disk has it; why it could not, if nobody was told. Nothing is written after it.
+  /// Writes the rest and waits until the disk has it; returns the reason of a failure if it was not returned before. Nothing is
+  /// written after it.
   std::optional<std::string> close();
-  /// Any thread: whether nothing is written any more, and the bytes that were.
+  /// Any thread: true when writing has failed; number of bytes written.
   bool failed() const { return failed_; }
   std::uint64_t written() const { return written_; }
 
@@ -50,7 +51,7 @@ class RecordFile {
   std::filesystem::path file_;
   Sync sync_;
   int descriptor_ = -1;
-  std::mutex mutex_;  ///< of all below
+  std::mutex mutex_;  ///< guards all members below
   std::condition_variable more_;
   std::deque<std::vector<std::byte>> waiting_;
   std::size_t waiting_bytes_ = 0;
@@ -61,19 +62,19 @@ class RecordFile {
   std::thread thread_;
 };
 
-/// A name of a room or station as part of a file's name: what is no letter, digit, dash, underscore or inner dot becomes an
-/// underscore.
+/// Returns the name of a room or station as part of a file name: any character but letters, digits, dashes, underscores and inner
+/// dots becomes an underscore.
 std::string plain_name(const std::string& name);
 
-/// FILE with the room's plain name in it: "session.rec" and "liver" make "session-liver.rec".
+/// Inserts the room's plain name into FILE: "session.rec" and "liver" make "session-liver.rec".
 std::filesystem::path named_after(const std::filesystem::path& file, const std::string& room);
 
-/// The files of one recording that went on after each start: FILE, then FILE with .2, .3 ... before the extension.
+/// The files of one recording that was continued after each start: FILE, then FILE with .2, .3 ... before the extension.
 struct RecordSeries {
-  std::vector<std::filesystem::path> there;  ///< that have anything in them, the newest first
-  std::filesystem::path next;                ///< later than all
+  std::vector<std::filesystem::path> there;  ///< existing ones with any content, the newest first
+  std::filesystem::path next;                ///< name after all of them
 };
-/// InputError, with `flag`, when the folder cannot be looked into or a program still writes one of them.
+/// Throws InputError, with `flag`, when the folder cannot be read or a program still writes one of them.
 RecordSeries series_of(const std::string& flag, const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kLooks = 20'000;  // some 100 us: between the steps of a body less passes, between its frames more
+constexpr int kLooks = 20'000;  // some 100 us: longer than between the steps of a body, shorter than between its frames
 
 constexpr unsigned kPieceBit = 32, kPartsBit = 16;
 constexpr std::uint32_t kTaken = 0xFFFF;
@@ -65,7 +65,7 @@ void SpinningThreadPool::run(std::size_t parts, const std::function<void(std::si
   }
 }
 
-/// Its own, then those that others have left.
+/// Runs its own parts, then those left over by others.
 void SpinningThreadPool::take_parts(std::size_t self) {
   for (std::size_t k = 0; k < tickets_.size(); ++k) take_parts_of((self + k) % tickets_.size());
 }
@@ -83,7 +83,7 @@ void SpinningThreadPool::take_parts_of(std::size_t thread) {
 
 void SpinningThreadPool::help(std::size_t self) {
   const std::atomic<std::uint64_t>& mine = tickets_[self].value;
-  std::uint32_t known = 0;  // piece
+  std::uint32_t known = 0;  // number of the last piece of work
   while (!stop_.load(std::memory_order_relaxed)) {
     std::uint64_t ticket = mine.load(std::memory_order_acquire);
     for (int k = 0; piece_of(ticket) == known && k < kLooks; ++k) {

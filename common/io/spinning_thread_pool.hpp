@@ -1,8 +1,8 @@
-// A thread pool for pieces of work that take tens of microseconds and follow on each other's heels: its threads look out for the
-// next one for as long as that takes, and only then sleep.
+// A thread pool for pieces of work that last tens of microseconds and follow each other closely: its threads spin for the next
+// one for about that long before they sleep.
 //
-// Of P parts thread t of T begins with those from t P / T on and, when they are done, helps the others with theirs: from piece to
-// piece most parts stay with a thread, and with them what its caches hold.
+// Of P parts, thread t of T begins with those from t P / T on and helps the others when these are done: most parts stay on one
+// thread from piece to piece, which keeps its caches warm.
 #pragma once
 
 #include <atomic>
@@ -17,20 +17,20 @@ namespace palpate {
 class SpinningThreadPool final : public ThreadPool {
  public:
   static constexpr std::size_t kMostParts = 0x7FFF;
-  /// Starts size - 1 threads. Throws std::runtime_error where the system has not so many.
+  /// Starts size - 1 threads. Throws std::runtime_error when the system refuses them.
   explicit SpinningThreadPool(std::size_t size);
   ~SpinningThreadPool() override;
   SpinningThreadPool(const SpinningThreadPool&) = delete;
   SpinningThreadPool& operator=(const SpinningThreadPool&) = delete;
 
   std::size_t size() const override { return helpers_.size() + 1; }
-  /// kMostParts at most.
+  /// Runs at most kMostParts parts.
   void run(std::size_t parts, const std::function<void(std::size_t)>& work) override;
 
  private:
-  /// From the top: which piece of work it is (32 bits), how many parts that has, how many of a thread's own were taken (16 each).
-  /// Who adds one has taken a part of the piece that the ticket says, or, where the thread has no more, nothing: whatever it knew
-  /// before.
+  /// From the top: number of the piece of work (32 bits), its number of parts, number of the thread's own parts that were claimed
+  /// (16 each). Adding one claims a part of the piece in the ticket, or, when the thread has none left, nothing; no earlier
+  /// knowledge of the ticket is needed.
   struct alignas(64) Ticket {
     std::atomic<std::uint64_t> value{0};
   };
@@ -39,7 +39,7 @@ class SpinningThreadPool final : public ThreadPool {
   void take_parts(std::size_t self);
   void take_parts_of(std::size_t thread);
 
-  std::vector<Ticket> tickets_;  // of each thread, the caller's first
+  std::vector<Ticket> tickets_;  // one per thread, the caller's first
   alignas(64) std::atomic<std::uint32_t> done_{0};
   std::atomic<const std::function<void(std::size_t)>*> work_{nullptr};
   std::atomic<bool> stop_{false};

@@ -1,8 +1,8 @@
-// Passes datagrams between clients and one server over a bad link each: clients talk to the relay as if it were the server, and
-// the server sees every client at a port of its own. Bytes are not looked at.
+// Passes datagrams between clients and one server over simulated bad links: clients talk to the relay as if it were the server,
+// and the server sees every client at a port of its own. Bytes are not inspected.
 //
-// Every client has its own two LinkModels (one a direction) with seeds drawn from the spec's; the first client's links are the
-// same in every run with the same seed. At most kMaxClients; a further one takes the place of the one silent for the longest.
+// Every client has its own two LinkModels (one per direction) with seeds drawn from the spec's; the first client's links are the
+// same in every run with the same seed. At most kMaxClients; a further one replaces the one that has been silent longest.
 #pragma once
 
 #include <asio/steady_timer.hpp>
@@ -25,7 +25,7 @@ class UdpRelay {
  public:
   static constexpr std::size_t kMaxClients = 256;
 
-  /// Takes over a bound socket. Runs while `io` does; `each_way` holds for both directions.
+  /// Takes ownership of a bound socket. Runs while `io` does; `each_way` holds for both directions.
   UdpRelay(asio::io_context& io, UdpSocket listen, const UdpEndpoint& server, const LinkSpec& each_way);
   UdpRelay(const UdpRelay&) = delete;
   UdpRelay& operator=(const UdpRelay&) = delete;
@@ -59,7 +59,7 @@ class UdpRelay {
   DelayQueue<Datagram> under_way_;
   asio::steady_timer timer_;
   std::vector<std::byte> buffer_;
-  RelayCounts counts_;  ///< of clients that were forgotten
+  RelayCounts counts_;  ///< counts of discarded clients
 };
 
 }  // namespace palpate

@@ -32,7 +32,7 @@ class Scanner {
     throw InputError(file_ + ":" + std::to_string(line_), what, expected);
   }
 
-  /// Describes what stands at the cursor.
+  /// Describes the text at the cursor.
   std::string here() const {
     if (at_ >= text_.size()) return "the file ends early";
     if (static_cast<unsigned char>(text_[at_]) < 0x20) return "a control character is in the text";

@@ -25,7 +25,7 @@ struct Json {
   static Json object() { return of(Kind::object, {}); }
   static Json array() { return of(Kind::array, {}); }
   static Json string(std::string value) { return of(Kind::string, std::move(value)); }
-  /// The shortest text that reads back as the same double.
+  /// Returns a number as the shortest text that reads back as the same double.
   static Json number(double value);
   static Json of(Kind kind, std::string text);
   /// Appends a member to an object.
@@ -34,10 +34,10 @@ struct Json {
 
 Json parse_json(std::string_view text, const std::string& file);
 
-/// Two spaces per level; arrays of plain values stay on one line.
+/// Writes with two spaces per level; arrays of plain values stay on one line.
 std::string write_json(const Json& value);
 
-/// "a number", "a list": for messages.
+/// Returns a name for messages, for example "a number", "a list".
 const char* describe(Json::Kind kind);
 
 }  // namespace palpate

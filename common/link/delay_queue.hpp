@@ -1,4 +1,4 @@
-// What is under way: items in the order of their due moment, and of their entry where moments are equal.
+// Datagrams in flight: items in the order of their due moment, and of their entry where moments are equal.
 #pragma once
 
 #include <algorithm>
@@ -20,9 +20,9 @@ class DelayQueue {
   }
   bool empty() const { return heap_.empty(); }
   std::size_t size() const { return heap_.size(); }
-  /// When the next item is due; only when not empty.
+  /// Time at which the next item is due; only when not empty.
   Micros next_due() const { return heap_.front().due; }
-  /// The next item that is due at `now` or was before.
+  /// Returns the next item with a due time of at most `now`.
   std::optional<T> pop(Micros now) {
     if (heap_.empty() || heap_.front().due > now) return std::nullopt;
     std::pop_heap(heap_.begin(), heap_.end(), later);

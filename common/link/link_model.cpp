@@ -40,13 +40,13 @@ LinkModel::LinkModel(const LinkSpec& spec) : random_(spec.seed) {
 void LinkModel::change(const LinkSpec& spec) {
   validate(spec, "link");
   spec_ = spec;
-  if (spec.loss <= 0) bad_ = false;  // a link that was mended does not finish its burst
+  if (spec.loss <= 0) bad_ = false;  // a repaired link does not complete its burst
   if (spec.loss >= 1) {
     into_bad_ = 1;
     out_of_bad_ = 0;
     return;
   }
-  // The share of time in the bad state is into / (into + out), the mean stay in it 1 / out. As burst >= 1 / (1 - loss), into
+  // The share of time in the bad state is into / (into + out), the mean duration of it 1 / out. As burst >= 1 / (1 - loss), into
   // <= 1.
   const double burst = std::max(spec.burst_mean, 1 / (1 - spec.loss));
   out_of_bad_ = 1 / burst;
@@ -58,7 +58,7 @@ bool LinkModel::loses() {
   return bad_;
 }
 
-/// The moment at which the last bit has entered the wire, after everything that came before it.
+/// Returns the moment at which the last bit has entered the wire, after everything sent before it.
 Micros LinkModel::serialise(Micros now, std::size_t bytes) {
   if (spec_.kbit_s <= 0) return now;
   const double start_us = std::max(wire_free_us_, static_cast<double>(now.count()));

@@ -1,6 +1,6 @@
-// One direction of a bad link, seeded: what palpate-relay does to real datagrams and the simulated world to virtual ones.
+// One direction of a bad link, seeded: applied by palpate-relay to real datagrams and by the simulated world to virtual ones.
 //
-// A datagram first waits for the wire, then for the way, and may be lost on it:
+// A datagram first waits for the wire, then travels, and may be lost on the way:
 //   bandwidth  the wire carries kbit_s; datagrams (with kHeaderBytes each) queue for it, and one that would wait longer than
 //              kMaxBacklog is dropped (tail drop). 0 = unlimited.
 //   loss       Gilbert-Elliott: a good state loses nothing, a bad one everything. The long-run share of lost datagrams is `loss`,
@@ -8,8 +8,8 @@
 //              makes losses independent.
 //   latency    uniform in [latency - jitter, latency + jitter], never negative. Order is kept: a datagram does not arrive before
 //              one that was sent before it.
-//   reorder    with this probability a datagram steps out of that order: it is held for a further uniform (0, kReorderHold],
-//              and those sent after it pass.
+//   reorder    with this probability a datagram leaves that order: it is held for a further uniform (0, kReorderHold],
+//              and later ones overtake it.
 //   duplicate  with this probability a second copy arrives together with the first.
 // Every datagram draws the same number of random numbers, so that two specs with one seed differ only where they differ.
 #pragma once
@@ -34,10 +34,10 @@ struct LinkSpec {
   std::uint64_t seed = 1;
 };
 
-/// InputError when a number is out of range; `where` says whose spec it is.
+/// Throws InputError when a number is out of range; `where` names the owner of the spec.
 void validate(const LinkSpec& spec, std::string_view where);
 
-/// When the copies of one datagram arrive; none when it is lost.
+/// Arrival times of the copies of one datagram; none when it is lost.
 struct Deliveries {
   std::array<Micros, 2> at{};
   int count = 0;
@@ -55,9 +55,9 @@ class LinkModel {
   static constexpr std::size_t kHeaderBytes = 28;  ///< IPv4 and UDP
 
   explicit LinkModel(const LinkSpec& spec);
-  /// A datagram of `bytes` enters the link; calls come with `now` not decreasing.
+  /// Passes a datagram of `bytes` into the link; `now` never decreases between calls.
   Deliveries schedule(Micros now, std::size_t bytes);
-  /// Another link from now on (for example a healed one); the random numbers go on, the seed of `spec` is not looked at.
+  /// Changes the link (for example heals it); the random numbers continue, the seed of `spec` is ignored.
   void change(const LinkSpec& spec);
   const LinkCounts& counts() const { return counts_; }
 

@@ -25,7 +25,7 @@ void check_points(const std::vector<MotionPoint>& points, const std::string& nam
   }
 }
 
-/// The last row that is not later than t_s, which is not before the first.
+/// Returns the last row that is not later than t_s, which is not before the first.
 std::size_t row_at(const std::vector<MotionPoint>& points, double t_s) noexcept {
   const auto after =
       std::upper_bound(points.begin(), points.end(), t_s, [](double t, const MotionPoint& point) { return t < point.t_s; });

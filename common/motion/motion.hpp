@@ -1,10 +1,10 @@
-// A recorded motion of the tool point: positions over time, linear in between, held before the first and after the last. It may
-// say how the tool is held too: orientations (common/base/tool_pose.hpp), turned evenly in between, and which buttons are pressed
-// from a row on.
+// A recorded motion of the tool point: positions over time, linear in between, constant before the first and after the last. It
+// may include the tool's pose: orientations (common/base/tool_pose.hpp), interpolated evenly, and buttons, each pressed from a
+// row on.
 //
-// File (CSV): header `t_s,x_m,y_m,z_m`, after which `qx,qy,qz,qw` (a quaternion, R_WT) may follow, and after these or without
-// them `buttons` (a whole number; bit n: button n); then one row per reading in frame W, times from 0 on, strictly ascending, at
-// any sampling. What does not fit is refused with file, line and what was expected.
+// File (CSV): header `t_s,x_m,y_m,z_m`, optionally followed by `qx,qy,qz,qw` (a quaternion, R_WT), and with or without them by
+// `buttons` (a whole number; bit n: button n); then one row per reading in frame W, times from 0, strictly ascending, at any
+// sampling. Invalid input is refused with file, line and what was expected.
 #pragma once
 
 #include <cstddef>
@@ -21,14 +21,14 @@
 namespace palpate {
 
 inline constexpr std::size_t kMaxMotionRows = 8'000'000;  ///< more than two hours at 1 kHz
-inline constexpr double kMaxMotionS = 8'000;              ///< times in milliseconds are noticed, and replay fits into memory
+inline constexpr double kMaxMotionS = 8'000;              ///< rejects times in milliseconds, and lets replay fit into memory
 
 struct MotionPoint {
   double t_s = 0;                ///< since the start of the motion
   Vec3 position = Vec3::Zero();  ///< [m]
 };
 
-/// How the tool is held in each point: both empty, or one entry a point.
+/// Orientation and buttons in each point: each list is empty, or has one entry a point.
 struct MotionHolds {
   std::vector<Eigen::Quaterniond> orientations;  ///< R_WT
   std::vector<std::uint32_t> buttons;
@@ -39,22 +39,23 @@ class Motion {
   /// Throws InputError, with `name` as the place, unless there are at least two points, times are from 0 to kMaxMotionS and
   /// strictly ascending, and every coordinate lies within kWorldExtentM.
   explicit Motion(std::vector<MotionPoint> points, const std::string& name = "motion") : Motion(std::move(points), {}, name) {}
-  /// Also unless every orientation is of unit length (within 0.001; it is made so) and holds are as many as points, or none.
+  /// Requires in addition that every orientation is of unit length (within 0.001; it is normalised) and that holds are as many as
+  /// points, or none.
   Motion(std::vector<MotionPoint> points, MotionHolds holds, const std::string& name = "motion");
 
-  /// The tool rests at one place for `duration_s` (> 0).
+  /// Returns a motion that rests at one place for `duration_s` (> 0).
   static Motion rest(const Vec3& position, double duration_s);
 
   Vec3 position(double t_s) const noexcept;
   Vec3 position(Micros t) const noexcept { return position(seconds(t)); }
-  /// Nothing where the motion does not say it.
+  /// Empty when the motion has no orientations.
   Orientation orientation(Micros t) const noexcept;
-  /// None where the motion does not say it.
+  /// Zero when the motion has no buttons.
   std::uint32_t buttons(Micros t) const noexcept;
   bool has_orientation() const noexcept { return !holds_.orientations.empty(); }
-  /// Up to the last one that is ever pressed.
+  /// Index of the last button that is ever pressed, plus one.
   int button_count() const noexcept;
-  /// Time of the last row: from there on the tool rests.
+  /// Time of the last row: the tool rests from then on.
   double duration_s() const noexcept { return points_.back().t_s; }
   Micros duration() const noexcept { return from_seconds(duration_s()); }
   std::span<const MotionPoint> points() const noexcept { return points_; }
@@ -65,12 +66,12 @@ class Motion {
   MotionHolds holds_;
 };
 
-/// Throws InputError when the file cannot be read or a row does not hold.
+/// Throws InputError when the file cannot be read or a row is invalid.
 Motion read_motion(const std::filesystem::path& file);
-/// The same from a stream; `name` stands for the file in errors.
+/// Reads from a stream; `name` stands for the file in errors.
 Motion read_motion(std::istream& in, const std::string& name);
 
-/// Writes the file that read_motion() reads back to the same bits. Throws InputError when it cannot be written.
+/// Writes a file that read_motion() reads back to the same bits. Throws InputError when it cannot be written.
 void write_motion(const std::filesystem::path& file, const Motion& motion);
 
 }  // namespace palpate

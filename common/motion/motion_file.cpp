@@ -22,12 +22,12 @@ constexpr std::array<std::string_view, 9> kColumns{"t_s", "x_m", "y_m", "z_m", "
 using Row = std::array<double, kColumns.size()>;
 constexpr std::size_t kPlaceColumns = 4, kTurnColumns = 4, kButtonsColumn = 8;
 
-/// Which columns a file has.
+/// The columns of a file.
 struct Layout {
   bool turns = false, buttons = false;
 
   std::size_t columns() const { return kPlaceColumns + (turns ? kTurnColumns : 0) + (buttons ? 1 : 0); }
-  /// Where in a Row the k-th column goes.
+  /// Index of the k-th column in a Row.
   std::size_t place(std::size_t k) const { return k < kPlaceColumns || turns ? k : kButtonsColumn; }
   std::string header() const {
     return std::string(kHeader) + std::string(turns ? kTurnHeader : "") + std::string(buttons ? kButtonsHeader : "");

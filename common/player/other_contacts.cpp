@@ -24,7 +24,7 @@ OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double 
     contact.share_next = share_of_next_step(parameters_.coupling_n_m, moved);
     contact.compliance = contact.tool.c_static + (1 - contact.share_next) * moved;
     if (!contact.touching) continue;
-    // The modes are at rest at the stamp, so that what is not theirs tells the push there.
+    // At the stamp the modes are at zero, so c_static alone determines the push.
     const ContactClosure at_stamp =
         close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, parameters_);
     contact.lambda = at_stamp.lambda;

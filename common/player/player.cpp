@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // of one advance(): a gap longer than any history ends there
+constexpr std::int64_t kTicksMax = 2 * kSampleHistoryTicks;  // largest advance(); a longer gap than any history ends there
 
 }  // namespace
 
@@ -29,16 +29,16 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
     if (!nonlinear_.empty()) {
       const ModeMatrix reach = p.phi.topRightCorner(r, r);
       closing_ = p.psi0.bottomRows(r) - p.phi.bottomRightCorner(r, r) * reach.partialPivLu().solve(ModeMatrix(p.psi0.topRows(r)));
-      // H, dt / 2 for slow modes; of a mode that goes round in less than 2.7 steps
+      // H, dt / 2 for slow modes; larger than dt for a mode with a period below 2.7 steps
       if (!(closing_.cwiseAbs().maxCoeff() < dt_)) {
-        nonlinear_ = {};  // the linear patch alone
+        nonlinear_ = {};  // only the linear patch
         p = of_step();
       }
     }
     psi0_ = p.psi0;
     drift_ = p.psi0 * patch.g;
     if (patch.load_rate.size() > 0) {
-      // A step in which the load ends counts whole: half a step of a load that lasted tens of them.
+      // A step in which the load ends counts as a whole: an error of half a step in a load of tens of steps.
       const ModeVector growth = dt_ * patch.load_rate;
       drift_growth_ = p.psi0 * growth;
       load_steps_ = steps_ * ((patch.load_for + kTick / 2) / kTick);
@@ -184,7 +184,7 @@ void PatchPlayer::bend(const Vec3& displacement, const Vec3& velocity) noexcept 
     elastic_ = elastic;
     viscous_ = viscous;
   } else {
-    nonlinear_ = {};  // whatever was sent: the linear patch goes on
+    nonlinear_ = {};  // whatever was received: the linear patch continues
     elastic_.setZero();
     viscous_.setZero();
   }
@@ -271,7 +271,7 @@ void PatchPlayer::step_touch(const Vec3& tool) noexcept {
   fade(Vec3::Zero());
 }
 
-/// While the tool's own contact pushes as it did in the step before.
+/// Updates the other contacts; the tool's own contact pushes as in the step before.
 void PatchPlayer::close_others() noexcept {
   if (others_.empty()) return;
   const auto r = patch_.modes();

@@ -1,33 +1,34 @@
 // The patch player: advances one patch by its exact discrete exponential, a tick at a time, and closes the port.
 //
-// With z = (q, q'), one step of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp). It is the tick, or where a
-// patch has terms beyond the tangent a part of it (NonlinearForce::steps()), as contact law and terms are of second order and the
-// linear part alone is exact:
+// With z = (q, q'), one step of length dt is z+ = Phi z + Psi0 w0 + Psi1 w1 (propagator.hpp). A step is a tick, or where a patch
+// has terms beyond the tangent a part of it (NonlinearForce::steps()), because contact law and terms are of second order and only
+// the linear part is exact:
 //     attach: the tool moves linearly inside the step: w0 = g + B_k d + B_d d', w1 = B_k (d+ - d)
-//     touch:  lambda rises from that of the step before and counts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
+//     touch:  lambda rises from that of the step before and acts with its mean, w0 = g + (1 - s) R^T lambda + s R-^T lambda-
 //             with R = sum_i w_i R_i at the contact point; the end-of-step contact law (contact_law.hpp) gives lambda from p_free
 //             and C = (1 - s) R Psi0_q R^T + c_static. s = 1/2: lambda is the force at the step's end; with s = 0 it would be
-//             the step's mean, half a step old. But what lambda- does in this step lambda has to make good at its end, and
-//             where the contact (k_c) is stiffer than what a step moves that swings from step to step: s = min(1/2,
-//             1 / (2 k_c tr R Psi0_q R^T)), which has swings fall to less than half; 0 where it is rigid. Any s up to 1/2 is
-//             passive: the mean times the tool's way is what the modes take, what the contact stores, and no less. Where the
-//             tool has slid to, what the modes miss is added to c_static (slide_compliance.hpp), unless terms bend them. Off the
-//             patch's piece of surface it slides on along the plane at its border, where body and friction are as at the border.
-// Other tools are contacts, too (other_contacts.hpp).
-// A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step.
-// Stress that fades (patch.fading) goes half a step ahead of what bends it, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H
-// u(t) - f) with e = exp(-dt / time), and counts with that in the step: of second order.
+//             the step's mean, half a step old. But lambda has to compensate at the end for what lambda- does in this step, and
+//             where the contact (k_c) is stiffer than what a step moves that oscillates from step to step: s = min(1/2,
+//             1 / (2 k_c tr R Psi0_q R^T)), which at least halves oscillations; 0 where it is rigid. Any s up to 1/2 is
+//             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less. Where
+//             the tool has slid, the compliance that the modes miss is added to c_static (slide_compliance.hpp), unless terms
+//             bend them. Beyond the patch's piece of surface it slides along the plane at its border, where body and friction
+//             are as at the border.
+// Other tools are contacts, too (other_contacts.hpp). A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the
+// drift, a sum that grows by one part a step. Stress that relaxes (patch.fading) is evaluated half a step ahead of the
+// deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f) with e = exp(-dt / time), and acts with that value in
+// the step: of second order.
 //
 // Shapes and units: r modes, z 2 r, Phi 2 r x 2 r, Psi0, Psi1 2 r x r; g, lambda [N, kg^1/2 m/s^2 in modes], d, d+ [m], d' [m/s],
-// R, R- 3 x r (at the contact points of this step and of the one before), C 3 x 3 [m/N]; k_c [N/m], l = load_rate.
-// What can go wrong: forces that are not finite, and modes too fast for the step, end the terms: the linear patch goes on; ticks
-// that were missed are caught up with, some seconds at most; a contact is found a step late.
+// R, R- 3 x r (at the contact points of this step and of the one before), C 3 x 3 [m/N]; k_c [N/m], l = load_rate. What can go
+// wrong: forces that are not finite, and modes too fast for the step, end the terms, and the linear patch continues; missed ticks
+// are made up for, some seconds at most; a contact is found a step late.
 //
-// Contact begins in the step in which the tool comes through the patch's own deformed surface (onset.hpp), and ends in the step
+// Contact begins in the step in which the tool passes through the patch's own deformed surface (onset.hpp), and ends in the step
 // in which it would pull. The constructor allocates and belongs off the haptic thread; advance() does not allocate, lock or
-// throw. Copyable, so that a caught-up player can be handed over by value.
+// throw. Copyable, so that a player that has been advanced to now can be handed over by value.
 //
-// Source: the step of terms Gautschi (1961) and Hairer, Lubich and Wanner (2006), see the constructor; propagator.hpp.
+// Source: for the step of terms Gautschi (1961) and Hairer, Lubich and Wanner (2006), see the constructor; propagator.hpp.
 #pragma once
 
 #include <array>
@@ -43,7 +44,7 @@
 
 namespace palpate {
 
-inline constexpr Micros kTick{1'000'000 / kHapticRateHz};  ///< of the haptic loop
+inline constexpr Micros kTick{1'000'000 / kHapticRateHz};  ///< period of the haptic loop
 
 struct PlayerOutput {
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
@@ -55,24 +56,24 @@ class PatchPlayer {
   PatchPlayer() = default;
   /// `patch` has passed check(). The player stands at the patch's stamp.
   explicit PatchPlayer(const Patch& patch) : PatchPlayer(patch, NonlinearTerms{}) {}
-  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. With f what those push the modes with
-  /// at the end of a step, elastic or of dampers that have turned, a step is
+  /// The same with forces beyond the tangent; `terms` have passed check() for this patch. With f their force on the modes at the
+  /// end of a step, elastic or of dampers that have rotated, a step is
   ///     z+ = Phi z + Psi0 (w0 + f) + ...,   then q'+ += H (f+ - f),   H = Psi0_v - Phi_vv Phi_qv^-1 Psi0_q
-  /// exact for a force that stays, however fast a mode swings or is braked; second order; time-reversible where nothing brakes,
-  /// H = tan(omega dt / 2) / omega there (Gautschi, Numer. Math. 3 (1961); Hairer, Lubich and Wanner, Geometric Numerical
-  /// Integration (2006), XIII.1). A mode that goes round in less than 2.7 steps (H > dt) leaves the linear patch alone.
+  /// exact for a constant force, however fast a mode oscillates or is damped; second order; time-reversible without damping,
+  /// where H = tan(omega dt / 2) / omega (Gautschi, Numer. Math. 3 (1961); Hairer, Lubich and Wanner, Geometric Numerical
+  /// Integration (2006), XIII.1). With a mode whose period is below 2.7 steps (H > dt) only the linear patch is played.
   PatchPlayer(const Patch& patch, const NonlinearTerms& terms);
 
-  /// On to `sample.t`, in ticks, the tool moving linearly from its last position. Nothing happens when that is less than half a
-  /// tick.
+  /// Advances to `sample.t`, in ticks, with the tool moving linearly from its last position. No effect when that is less than
+  /// half a tick away.
   PlayerOutput advance(const ToolSample& sample) noexcept;
-  /// Goes on where `before` stopped with what must not jump at a swap: the state of the low-pass.
+  /// Continues from `before` the quantity that must not jump at a swap: the state of the low-pass.
   void inherit(const PatchPlayer& before) noexcept;
 
   const Patch& patch() const { return patch_; }
   Micros time() const { return tool_.t; }
   const PlayerOutput& output() const { return output_; }
-  /// Where the model has vertex `i` of the patch's surface at the end of the step [m].
+  /// Position of vertex `i` of the patch's surface at the end of the step [m].
   Vec3 vertex(int i) const;
   /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
   double energy() const;
@@ -86,7 +87,7 @@ class PatchPlayer {
   void let_go(const Vec3& gap) noexcept;
   void grow_load() noexcept;
   void fade(const Vec3& displacement) noexcept;
-  /// On (d, q) or q beside the linear patch's: of terms, and of what has faded.
+  /// Force on (d, q) or q in addition to the linear patch's: of terms, and of relaxed stress.
   NonlinearForce::Variables forces() const noexcept;
   bool has_forces() const { return !nonlinear_.empty() || fading_.size() > 0; }
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
@@ -98,22 +99,22 @@ class PatchPlayer {
 
   Patch patch_;
   NonlinearForce nonlinear_;
-  int steps_ = 1;                                    // in a tick
-  double dt_ = 0;                                    // of a step [s]
-  static constexpr int kMaxInputs = kMaxStates + 9;  // of u below: z, d, d+, d'
+  int steps_ = 1;                                    // steps in a tick
+  double dt_ = 0;                                    // length of a step [s]
+  static constexpr int kMaxInputs = kMaxStates + 9;  // size of u below: z, d, d+, d'
   using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxInputs, 1>;
-  // z+ = drift + transition u with u = z (touch) or (z, d, d+, d') (attach): one product, whatever the order
-  StateVector drift_;         // Psi0 w, with the load of other tools as it is at the step
-  StateVector ramp_;          // Psi1 l dt, what the load's growth inside a step adds
-  StateVector drift_growth_;  // Psi0 l dt, from step to step; both while load_steps_ are left
+  // z+ = drift + transition u with u = z (touch) or (z, d, d+, d') (attach): one product for any order
+  StateVector drift_;         // Psi0 w, with the load of other tools at the step
+  StateVector ramp_;          // Psi1 l dt, effect of the load's growth inside a step
+  StateVector drift_growth_;  // Psi0 l dt, per step; both while load_steps_ remain
   std::int64_t load_steps_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> transition_;
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
   StateInput psi0_;
   ModeMatrix closing_;  // H
   double low_pass_gain_ = 1;
-  NonlinearForce::Variables elastic_, viscous_;  // force on (d, q) or q at a step's end: elastic; of dampers that have turned
-  NonlinearForce::Variables fading_;             // the same of stress that fades, sum share_k s_k; of no size: none does
+  NonlinearForce::Variables elastic_, viscous_;  // force on (d, q) or q at a step's end: elastic; of dampers that have rotated
+  NonlinearForce::Variables fading_;             // the same of relaxing stress, sum share_k s_k; size 0: there is none
   std::array<NonlinearForce::Variables, kMaxPronyBranches> faded_;  // s_k, half a step ahead
   std::array<double, kMaxPronyBranches> stays_{};                   // exp(-dt / time_k)
 
@@ -127,7 +128,7 @@ class PatchPlayer {
                                                                                           // step, without its contact force
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
   SlideCompliance slide_compliance_;
-  Mat3 slid_ = Mat3::Zero();  // what it has yielded since contact began or the stamp
+  Mat3 slid_ = Mat3::Zero();  // slide compliance used since contact began or since the stamp
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, 3 * kMaxPortVertices>
       responses_;  // Psi0 R_i^T
   // Response of the body to lambda at point_; a point that sticks keeps it.
@@ -140,8 +141,8 @@ class PatchPlayer {
   ToolSample tool_;
   bool touching_ = false;
   SurfacePoint point_;
-  Clearance clearance_;         // while it does not touch
-  Vec3 beyond_ = Vec3::Zero();  // how far the contact point is from point_, where the tool has slid off the patch's surface
+  Clearance clearance_;         // while not in contact
+  Vec3 beyond_ = Vec3::Zero();  // offset of the contact point from point_, where the tool has slid off the patch's surface
   PlayerOutput output_;
 };
 

@@ -11,7 +11,7 @@ Propagator make_propagator(const ModeVector& stiffness, const ModeMatrix& dampin
   assert(damping.rows() == r && dt_s > 0 && (added_mass.size() == 0 || added_mass.rows() == r));
   Propagator p;
   if (r == 0) return p;
-  ModeMatrix inverse = ModeMatrix::Identity(r, r);  // of the mass
+  ModeMatrix inverse = ModeMatrix::Identity(r, r);  // inverse of the mass
   if (added_mass.size() > 0) inverse = ModeMatrix(inverse + added_mass).llt().solve(ModeMatrix::Identity(r, r));
   // In the time unit of a tick and with velocities in q per tick the matrix is well scaled.
   Eigen::MatrixXd m = Eigen::MatrixXd::Zero(4 * r, 4 * r);

@@ -15,7 +15,7 @@ SlideCompliance::SlideCompliance(const Patch& patch, const PortRows& rows, const
   whitening_ = ModeMatrix::Identity(patch.modes(), patch.modes());
   Eigen::LLT<ModeMatrix>(dynamic).matrixL().solveInPlace(whitening_);
   at_stamp_ = of_modes(rows);
-  constexpr double kFloorShare = 1e-6;  // of the trace: a planar body does not yield across its plane
+  constexpr double kFloorShare = 1e-6;  // share of the trace: a planar body does not yield across its plane
   constexpr double kFloor_m_n = 1e-12;  // where nothing yields at all, which would leave no metric
   Mat3 whole = at_stamp_ + patch.c_static;
   whole.diagonal().array() += kFloorShare * whole.trace() + kFloor_m_n;

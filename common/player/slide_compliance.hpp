@@ -1,21 +1,22 @@
-// What the modes of a patch miss where the tool has slid to, for linear patches that are touched.
+// Compliance that the modes of a linear touch patch miss where the tool has slid.
 //
 // The modes respond to a push at the contact point of the stamp, a. With G = (s^2 + s D + K)^-1 and R_p the port rows at p, they
 // yield
 //     C_p = R_p G R_p^T
-// within a time of 1 / s. Away from a they hardly do, while the body yields there about as it does at a, or less where p lies
-// between nodes and a was one: what it yields next to the tool goes as the sum of squares of the barycentric weights w,
+// within a time of 1 / s. Away from a they hardly do, while the body yields there about as much as at a, or less where p lies
+// between nodes and a was one: the local part of its compliance is proportional to the sum of squares of the barycentric weights
+// w,
 //     rho = min(1, |w_p|^2 / |w_a|^2).
-// With C_0 = C_a + c_static and C_a - C_p / rho = sum_i mu_i u_i u_i^T in the metric of C_0 (u_i^T C_0^-1 u_j = delta_ij), what
-// yields at once at p, as c_static does, is
+// With C_0 = C_a + c_static and C_a - C_p / rho = sum_i mu_i u_i u_i^T in the metric of C_0 (u_i^T C_0^-1 u_j = delta_ij), the
+// compliance that acts at once at p, like c_static, is
 //     rho sum_i max(0, mu_i - theta) u_i u_i^T,
-// nothing where the modes know all but theta of it. What has yielded under a push stays so until the push ends (grown()): were it
-// to stiffen again under a tool that slides back, the tool would get what nobody put in. Error: the body's own stiffness at p is
-// not known here; it counts as that at a.
+// zero where the modes have all but theta of it. Compliance used under a push remains until the push ends (grown()): if it
+// stiffened again under a tool that slides back, the tool would gain energy that nobody put in. Error: the body's own stiffness
+// at p is not known here; that at a is used.
 //
 // Shapes and units: r modes, R_p 3 x r, D r x r, K = diag; C_p, C_0, c_static 3 x 3 [m/N], frame W; w of length 3; s [1/s], theta
-// no unit. What can go wrong besides: an s that is too small has a free body yield without end, a theta that is too small counts
-// twice what the modes have. Measured: docs/notebook.md, 22, and why not beside terms: 36.
+// no unit. What else can go wrong: with too small an s a free body yields without bound; too small a theta counts twice what the
+// modes have. Measured: docs/notebook/0022; why it is not combined with terms: 0036.
 #pragma once
 
 #include "common/port/patch.hpp"
@@ -25,14 +26,15 @@ namespace palpate {
 class SlideCompliance {
  public:
   static constexpr double kShift_1_s = 20;         ///< s: within 50 ms; at 0 a body that nothing holds has no compliance
-  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook.md, 22): less adds what the modes have already
+  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook/0022): less counts twice what the modes have
 
   SlideCompliance() = default;
-  /// R_a and w_a. For the network side of the hand-over, not for the tick.
+  /// Computes the reference from R_a and w_a. For the network side of the hand-over, not for the tick.
   SlideCompliance(const Patch& patch, const PortRows& rows, const Vec3& weight);
-  /// From R_p and w_p. Does not allocate.
+  /// Returns the missing compliance from R_p and w_p. Does not allocate.
   Mat3 missing(const PortRows& rows, const Vec3& weight) const noexcept;
-  /// Of a push that slides to where `missing` is missing and has yielded `before` so far: before + (missing - before)_+.
+  /// Returns the compliance used by a push that has used `before` so far and slides to where `missing` is missing: before +
+  /// (missing - before)_+.
   static Mat3 grown(const Mat3& before, const Mat3& missing) noexcept;
 
  private:

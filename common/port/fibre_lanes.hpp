@@ -1,12 +1,12 @@
-// Fibres that all run along the unit vector a at rest, added to the law of a solid: transversely isotropic.
+// Fibres with one common direction at rest, the unit vector a, added to the law of a solid: transversely isotropic.
 //
 //     Psi_f = k/(2 b) h(b E^2) where they are longer than at rest, k/2 E^2 where shorter,   E = |F a|^2 - 1   [J/m^3]
 //     P = S (F a) a^T,   S = 2 dPsi_f/dE
 //     dP = dF S a a^T + 2 S' (Q : dF) Q,   Q = (F a) a^T,   S' = dS/dE
 //
-// h the integral of e, the exponential with its tangent beyond kLogGrowthMax (solid_law.hpp; b = 0: Psi_f = k/2 E^2): where they
-// are longer S = 2 k E e(b E^2), else 2 k E. k: fibres' modulus [Pa], b: no unit. They have no stress at rest, and S has no kink
-// there or where fibres turn over. In small strains along them Young's modulus is larger by 4 k.
+// h the integral of e, the exponential with its tangent beyond kLogGrowthMax (solid_law.hpp; b = 0: Psi_f = k/2 E^2): in
+// extension S = 2 k E e(b E^2), else 2 k E. k: modulus of the fibres [Pa], b: no unit. They have no stress at rest, and S has no
+// kink there or where fibres reverse. For small strains along them Young's modulus is larger by 4 k.
 //
 // Source: Weiss, Maker and Govindjee, Finite element implementation of incompressible, transversely isotropic hyperelasticity,
 // CMAME 135 (1996); the exponential of the square from Holzapfel, Gasser and Ogden, J. Elasticity 61 (2000).
@@ -45,7 +45,7 @@ PALPATE_INLINE void find_fibres(const Fibres& fibres, const Doubles<N>& k, const
   at.slope = 2.0 * k * (grown + steeper);
 }
 
-/// p += P
+/// Adds P to p.
 template <std::size_t N>
 PALPATE_INLINE void add_fibres(const Fibres& fibres, const Doubles<N>& k, const Mat<N>& f, Mat<N>& p) {
   FibrePull<N> at;
@@ -54,13 +54,13 @@ PALPATE_INLINE void add_fibres(const Fibres& fibres, const Doubles<N>& k, const 
     for (int c = 0; c < 3; ++c) p.of[r][c] += at.pull * at.along[r] * fibres.direction[static_cast<std::size_t>(c)];
 }
 
-/// Psi_f at E = `strain`
+/// Returns Psi_f at E = `strain`.
 inline double fibre_energy(const Fibres& fibres, double k, double strain) {
   if (fibres.exponent == 0 || strain <= 0) return 0.5 * k * strain * strain;
   return 0.5 * k / fibres.exponent * growth_integral(fibres.exponent * strain * strain);
 }
 
-/// At one F; `k` in the unit of stress.
+/// Stress of fibres at one F; `k` in the unit of stress.
 struct FibreStress {
   FibreStress(const Fibres& fibres, double k, const Eigen::Matrix3d& f) : a(fibres.direction.data()), along(f * a) {
     FibrePull<2> at;

@@ -33,7 +33,7 @@ void LaggedDamping::renew(const SampledSolidForce& solid, const ModeMatrix& clos
   if (!holds()) change_ = asked_.cast<double>();
   asked_.setZero();
   next_ = 0;
-  if (!change_.allFinite()) change_.setZero();  // of a motion that is none
+  if (!change_.allFinite()) change_.setZero();  // for a motion that is not finite
   const ModeMatrix of_modes = change_.bottomRightCorner(r, r);
   ModeMatrix whole = closing * of_modes;
   whole.diagonal().array() += 1;

@@ -1,4 +1,4 @@
-// 3x3 matrices side by side, one in every lane of a vector (doubles.hpp), the same bits whatever the width N.
+// 3x3 matrices, one in every lane of a vector (doubles.hpp), with the same bits for every width N.
 //
 //     cofactors     G_ij = F_(i+1)(j+1) F_(i+2)(j+2) - F_(i+2)(j+1) F_(i+1)(j+2),  indices modulo 3:  G = dJ/dF
 //     determinant   J = sum_i F_i1 G_i1
@@ -26,13 +26,13 @@ PALPATE_INLINE void cofactors(const Mat<N>& f, Mat<N>& g) {
     }
 }
 
-/// det F, of its cofactors G
+/// Computes det F from the cofactors G of F.
 template <std::size_t N>
 PALPATE_INLINE void determinant(const Mat<N>& f, const Mat<N>& g, Doubles<N>& j) {
   j = f.of[0][0] * g.of[0][0] + f.of[1][0] * g.of[1][0] + f.of[2][0] * g.of[2][0];
 }
 
-/// sum of the products of their entries
+/// Computes the sum of the products of their entries.
 template <std::size_t N>
 PALPATE_INLINE void inner(const Mat<N>& a, const Mat<N>& b, Doubles<N>& sum) {
   sum = a.of[0][0] * b.of[0][0];

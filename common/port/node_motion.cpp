@@ -10,14 +10,14 @@ namespace palpate {
 
 namespace {
 
-/// To the nearest that half precision has, or the next above.
+/// Rounds to the nearest half-precision number, or to the next one above.
 float half_above(float v) {
-  constexpr float kHalfSpacing = 1.0F / 1024;  // relative, at most, from one half to the next: 10 bits of mantissa
+  constexpr float kHalfSpacing = 1.0F / 1024;  // largest relative distance between two halves: 10 bits of mantissa
   const auto near = static_cast<float>(Eigen::half(v));
   return near >= v ? near : static_cast<float>(Eigen::half(v * (1 + kHalfSpacing)));
 }
 
-/// What node i moves more than its parent.
+/// Returns the motion of node i relative to its parent.
 Eigen::Matrix3Xf beyond_parent(const NodeMotion& motion, Eigen::Index i) {
   return (motion.step[i] / NodeMotion::kByteMax) *
          (motion.bytes.middleCols<3>(3 * i).cast<float>().transpose() * motion.scale.asDiagonal());
@@ -46,7 +46,7 @@ NodeMotion rounded(const Eigen::MatrixXf& modes, int tool) {
   assert(modes.rows() == 3 * count && count <= 255 && tool < count && modes.allFinite());
   const auto node = [&](Eigen::Index i) { return modes.middleRows<3>(3 * i); };
   const auto least = [](const auto& v) { return v.cwiseMax(1e-20F); };
-  // Whom a node moves most alike with, every mode as large as it is anywhere.
+  // Find the node with the most similar motion, with each mode relative to its largest motion.
   const Eigen::RowVectorXf size = least(modes.cwiseAbs().colwise().maxCoeff().eval());
   NodeMotion motion;
   motion.tool = tool;

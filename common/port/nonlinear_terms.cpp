@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kShiftShare = 1e-6;  // of the mean diagonal: above the rounding of numbers that travel in single precision, 6e-8
+constexpr double kShiftShare = 1e-6;  // share of the mean diagonal: above the rounding of numbers sent in single precision, 6e-8
 
-/// alpha of dampers that push g, without which the rates at the end are `at_end`; none where they do not brake. `closing`: of the
-/// modes, the last.
+/// Returns alpha of dampers with the force g, without which the rates at the end are `at_end`; nothing where they do not damp.
+/// `closing`: for the modes, the last.
 std::optional<double> share_at_end(const NonlinearForce::Variables& g, const NonlinearForce::Variables& rate,
                                    const NonlinearForce::Variables& at_end, const ModeMatrix& closing) {
   const auto r = closing.rows();
@@ -70,12 +70,12 @@ void NonlinearForce::take_e2(const NonlinearTerms& terms, const Patch& patch) {
     for (int i = 0; i < n; ++i) e2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
   Eigen::MatrixXd far = joint_stiffness(patch, patch.stiffness) + e2_.cast<double>();
   if (const auto* const springs = std::get_if<SampledForce>(&sampled_)) far += springs->far_stiffness();
-  far.diagonal().array() += kShiftShare * far.trace() / n;  // nothing holds a tool that moves across a planar body
+  far.diagonal().array() += kShiftShare * far.trace() / n;  // a tool that moves across a planar body meets no stiffness
   has_e2_ = Eigen::LLT<Eigen::MatrixXd>(far).info() == Eigen::Success;
 }
 
 NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) {
-  constexpr double kTouchDampingMin = 20;  // |D| times a step, below which a touch gains nothing by S (docs/notebook.md, 38)
+  constexpr double kTouchDampingMin = 20;  // |D| times a step, below which S is of no use to a touch (docs/notebook/0038)
   if (terms.variables == 0) return;
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
   bool stable = take_elements(terms, false);
@@ -167,7 +167,7 @@ void NonlinearForce::brake_at_end(const Variables& change, const Variables& u_ra
     part = share_at_end(g, u_rate, at_end, closing_held).value_or(static_cast<double>(most / size));
   }
   push -= part * g.tail(r);
-  const ModeVector slowed = closing_held * push - carried;  // what the modes' rates change by
+  const ModeVector slowed = closing_held * push - carried;  // change of the modes' rates
   force.noalias() = -held - part * g - s.rightCols(r) * slowed;
 }
 

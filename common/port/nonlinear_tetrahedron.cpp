@@ -15,7 +15,7 @@ TetraLanes product(const TetraLanes& a, const TetraLanes& b) {
     for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
   return c;
 }
-/// What the cofactors of A change by with B, to first order.
+/// Returns the change of the cofactors of A by B, to first order.
 TetraLanes mixed_cofactors(const TetraLanes& a, const TetraLanes& b) {
   TetraLanes x;
   for (std::size_t i = 0; i < 3; ++i)
@@ -37,7 +37,7 @@ TetraLanes cofactors_of(const TetraLanes& a) {
 
 using Axial = std::array<TetraLane, 3>;
 
-/// t of A: A_32 - A_23, ...
+/// Returns t of A: A_32 - A_23, ...
 Axial axial_part(const TetraLanes& a) { return {a[7] - a[5], a[2] - a[6], a[3] - a[1]}; }
 
 Axial times(const TetraLanes& a, const Axial& t) {
@@ -52,7 +52,7 @@ TetraLanes skew(const Axial& w) {
   return {none, -w[2], w[1], w[2], none, -w[0], -w[1], w[0], none};
 }
 
-/// A rotation less 1. Of a quaternion that is nearly as long as 1.
+/// Returns the rotation of a quaternion of nearly unit length, minus 1.
 TetraLanes turned_by(const std::array<TetraLane, 4>& q) {
   const TetraLane &w = q[0], &x = q[1], &y = q[2], &z = q[3];
   const TetraLane twice = 2.0F / (w * w + x * x + y * y + z * z);
@@ -62,7 +62,7 @@ TetraLanes turned_by(const std::array<TetraLane, 4>& q) {
   return {-(yy + zz), xy - wz, zx + wy, xy + wz, -(zz + xx), yz - wx, zx - wy, yz + wx, -(xx + yy)};
 }
 
-/// R' from F', in doubles as the body's is.
+/// Computes R' from F', in doubles like the body's.
 void find(const TetraLanes& f, TetraTurn& turned) {
   Mat<kTetraLane> of, r;
   Quaternion<kTetraLane> q;
@@ -76,16 +76,16 @@ void find(const TetraLanes& f, TetraTurn& turned) {
   turned.d = turned_by(turned.q);
 }
 
-/// The same by Newton's method from an R' nearby, in turns by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
-/// root. False where that does not lead there.
+/// The same by Newton's method from an R' nearby, rotating by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
+/// root. Returns false where that does not lead there.
 bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned) {
-  constexpr int kNewtonStepsMax = 4;        // of third order: two bring |w| = 0.1 below rounding
-  constexpr float kNearTurnSquare = 2;      // of |w|^2: beyond, R' is not near, and Newton's method may not come to it
-  constexpr float kLastTurnSquare = 1e-5F;  // of |w|^2: the third power of such a turn, 3e-8, is lost in rounding
-  constexpr float kMinorMin = 0.02F;        // of a leading minor of H, in powers of the trace: below, H is nearly singular
+  constexpr int kNewtonStepsMax = 4;        // third order: two steps bring |w| = 0.1 below rounding
+  constexpr float kNearTurnSquare = 2;      // limit of |w|^2: beyond, R' is not near, and Newton's method may not converge
+  constexpr float kLastTurnSquare = 1e-5F;  // limit of |w|^2: the third power of such a rotation, 3e-8, is lost in rounding
+  constexpr float kMinorMin = 0.02F;        // limit of a leading minor of H, in powers of the trace: below, H is nearly singular
   const TetraLanes f = sum(at_stamp, df);
   for (int k = 0; k < kNewtonStepsMax; ++k) {
-    const TetraLanes more = sum(transposed_product(turned.d, f), df), s = sum(at_stamp, more);  // R'^T F' less F, and all
+    const TetraLanes more = sum(transposed_product(turned.d, f), df), s = sum(at_stamp, more);  // R'^T F' minus F, and all
     const Axial t = axial_part(more);
     const TetraLane trace = s[0] + s[4] + s[8];
     // H = (trace) 1 - R'^T F', symmetric, and its cofactors
@@ -137,9 +137,9 @@ TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
 }
 
 constexpr auto kGrowthEnd = static_cast<float>(kLogGrowthMax);  // 4 is exact in single precision
-constexpr float kExpSeriesMax = 0.5F;  // of |x|: a series of seven terms is right to rounding, beyond it little cancels
+constexpr float kExpSeriesMax = 0.5F;  // limit of |x|: a series of seven terms is accurate to rounding, beyond it little cancels
 
-/// exp(x) - 1 - x, without a difference of what nearly cancels.
+/// Returns exp(x) - 1 - x, without a difference of numbers that nearly cancel.
 TetraLane second_of_exp(const TetraLane& x) {
   const TetraLane series =
       0.5F * x.square() *
@@ -148,7 +148,7 @@ TetraLane second_of_exp(const TetraLane& x) {
   return near.all() ? series : TetraLane(near.select(series, x.exp() - 1 - x));
 }
 
-/// exp(x) - 1 - x - x^2 / 2, the same way.
+/// Returns exp(x) - 1 - x - x^2 / 2 in the same way.
 TetraLane third_of_exp(const TetraLane& x) {
   const TetraLane series =
       (1.0F / 6) * x.cube() *
@@ -159,7 +159,8 @@ TetraLane third_of_exp(const TetraLane& x) {
 struct InvariantResidual {
   TetraLanes c, x;
   TetraLane q, det, e, j, delta, rest;  // rest: q - 2 e, delta beyond its first order
-  // Where e follows the exponential to there: exp(y) - 1 and what it is beyond x of y = b delta. Else by differences.
+  // Where e follows the exponential at the other end: exp(y) - 1 and its part beyond first order, y = b delta. Else by
+  // differences.
   TetraLane y;
   Eigen::Array<bool, kTetraLane, 1> smooth;
 
@@ -173,12 +174,12 @@ struct InvariantResidual {
     smooth = (at.size <= kGrowthEnd) && (at.size + y <= kGrowthEnd);
   }
 
-  /// e there.
+  /// Returns e at the other end.
   TetraLane growth(const TetraStamp& at) const {
     const TetraLane there = at.size + y;
     return there.min(kGrowthEnd).exp() * (1 + (there - kGrowthEnd).max(0.0F));
   }
-  /// (e there less e here) and that less its first order, both without mu_1.
+  /// Computes the change of e and its part beyond first order, both without mu_1.
   void changes(const TetraStamp& at, TetraLane& first, TetraLane& second) const {
     const TetraLane beyond = second_of_exp(y);
     first = at.growth * (beyond + y);
@@ -188,9 +189,9 @@ struct InvariantResidual {
     first = smooth.select(first, direct).eval();
     second = smooth.select(second, direct - slope_of(at) * y).eval();
   }
-  /// The integral of e over I_1 from here to there, less its first and second order in delta.
+  /// Returns the integral of e over the change of I_1, minus its first and second order in delta.
   TetraLane integral(const TetraStamp& at) const {
-    const TetraLane small = delta * y.square() * (1.0F / 6);  // where y is 0 the quotient below has no value
+    const TetraLane small = delta * y.square() * (1.0F / 6);  // where y is 0 the quotient below is undefined
     const TetraLane of_exp = (y.abs() < 1e-3F).select(small, third_of_exp(y) / at.exponent.max(1e-20F));
     const TetraLane direct = (integral_from_rest(at.size + y) - integral_from_rest(at.size)) / at.exponent.max(1e-20F) -
                              at.growth * delta - 0.5F * slope_of(at) * y * delta;
@@ -253,7 +254,7 @@ TetraLane corotational_energy(const TetraStamp& at, const TetraLanes& df, const 
   return (0.5F * at.lambda * at.size - at.mu) * (2 * b.e - inner(skew(b.first), df)) + 0.5F * at.lambda * b.e * (b.e + 2 * b.r);
 }
 
-/// How Green's strain of a membrane changes, X and Y.
+/// Changes of Green's strain of a membrane, X and Y.
 struct MembraneResidual {
   TetraLanes x, y;
 
@@ -267,7 +268,7 @@ struct MembraneResidual {
 
 TetraLane trace_of(const TetraLanes& m) { return m[0] + m[4] + m[8]; }
 
-/// A S(E)
+/// Returns A S(E).
 TetraLanes pulled(const TetraStamp& at, const TetraLanes& a, const TetraLanes& e) {
   TetraLanes p = product(a, e);
   const TetraLane volume = at.lambda * trace_of(e);

@@ -1,8 +1,8 @@
-// What one linear tetrahedron of a solid pushes beyond its linear force, in every lane of a vector (server/body/tetra_kernel.hpp
+// The force of one linear tetrahedron of a solid beyond its linear force, in every lane of a vector (server/body/tetra_kernel.hpp
 // has the laws).
 //
-// With F the deformation gradient at the stamp, dF more, F' = F + dF, its stress beyond the linear one is, without a difference
-// of what nearly cancels, Q = P(F') - P(F) - A(F) dF =
+// With F the deformation gradient at the stamp and F' = F + dF, its stress beyond the linear one is, without a difference of
+// numbers that nearly cancel, Q = P(F') - P(F) - A(F) dF =
 //
 // stable neo-Hookean, G the cofactors of F, s = |F|^2 + 1, J = det F, Psi = mu/2 (|F|^2 - 3 - ln(s / 4)) + lambda/2 (J -
 // alpha)^2:
@@ -28,9 +28,9 @@
 //     dF;  r = tr dF,  e = (R' - 1) : F'
 // and its energy beyond the second order
 //     (lambda c / 2 - mu) (2 e - [W t]x : dF) + lambda/2 e (e + 2 r)
-// R' is the rotation with the largest tr(R'^T F') as the body's own is (polar_lanes.hpp), however far an element has turned since
-// the stamp and inside out too. From an R' nearby Newton's method (3. there; R'^T F' - F = (R' - 1)^T F' + dF) comes to it, and
-// it is the one if the sums of two principal stretches are all above 0; where that fails it is found anew from F'.
+// R' is the rotation with the largest tr(R'^T F') like the body's own (polar_lanes.hpp), however far an element has rotated since
+// the stamp and inside out too. Newton's method (3. there; R'^T F' - F = (R' - 1)^T F' + dF) finds it from an R' nearby, and it
+// is the right one if the sums of two principal stretches are all above 0; where that fails it is found anew from F'.
 //
 // membrane, X = (F^T dF + dF^T F)/2, Y = dF^T dF / 2, S(E) = 2 mu E + lambda tr(E) 1 in the plane:
 //     F S(Y) + dF S(X + Y)
@@ -48,45 +48,45 @@
 
 namespace palpate {
 
-/// R: in this frame a corotational tetrahedron is given, dF as R^T dF, and pushes, Q as R Q. 1 where the law needs none.
+/// Returns R: a corotational tetrahedron is given in this frame, dF as R^T dF, and its Q as R Q. 1 where the law needs none.
 Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation);
 
-/// How far a corotational one has turned.
+/// Rotation of a corotational tetrahedron since the stamp.
 struct TetraTurn {
   std::array<TetraLane, 4> q;  ///< w, x, y, z of R'
   TetraLanes d;                ///< R' - 1
 
-  /// Not at all.
+  /// No rotation.
   TetraTurn();
 };
 /// A tetrahedron of one material at a deformation gradient, in every lane its own.
 struct TetraStamp {
-  TetraLanes f, g;       ///< F; G, of a corotational one 1
-  TetraLanes w;          ///< W of a corotational one
-  TetraLane size;        ///< s, of a corotational one c, of both invariants b I_1
-  TetraLane mu, lambda;  ///< of the law, times what the tetrahedron counts [J]
-  TetraLane pressure;    ///< lambda (J - alpha), of a corotational one lambda c - 2 mu, of both invariants what C is taken by
-  TetraLane mu_2, exponent, growth, slope;  ///< of both invariants: mu_2 [J], b, e, mu_1 b e' [J]
-  TetraLane shear;                          ///< mu of the stiffness that its tangent may get (sampled_tetrahedra.hpp) [J]
+  TetraLanes f, g;       ///< F; G, for a corotational one 1
+  TetraLanes w;          ///< W for a corotational one
+  TetraLane size;        ///< s, for a corotational one c, for laws of both invariants b I_1
+  TetraLane mu, lambda;  ///< moduli of the law, times the tetrahedron's weight and volume [J]
+  TetraLane pressure;    ///< lambda (J - alpha), corotational: lambda c - 2 mu, both invariants: the factor of C
+  TetraLane mu_2, exponent, growth, slope;  ///< for laws of both invariants: mu_2 [J], b, e, mu_1 b e' [J]
+  TetraLane shear;                          ///< mu of the bound of its tangent's stiffness (sampled_tetrahedra.hpp) [J]
   LawParameters law;
-  std::optional<TetraDifference> difference;  ///< of ogden, and of fibres
+  std::optional<TetraDifference> difference;  ///< for ogden, and for fibres
 
-  /// What does not resist.
+  /// A tetrahedron without stiffness.
   TetraStamp();
-  /// `deformation` in its frame, in which its fibres run along F a. `mu_l`, `lambda_l`: Lame's parameters of small strains. Of
-  /// one law in all lanes.
+  /// Sets a lane. `deformation` in its frame, in which its fibres run along F a. `mu_l`, `lambda_l`: Lame's parameters of small
+  /// strains. All lanes have the same law.
   void set(int lane, const LawParameters& law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
-  /// What lane 0 has, in all.
+  /// Copies lane 0 to all lanes.
   void spread();
 };
 
-/// To dF, from the stamp or better from a little before; nothing where the law does not turn.
+/// Updates the rotation to dF, from the stamp or better from a little before; no effect where the law does not rotate.
 void turn(const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept;
-/// Q, and the energy beyond the second order. `turned` to dF.
+/// Return Q, and the energy beyond the second order. `turned`: rotation at dF.
 TetraLanes nonlinear_residual_stress(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
 TetraLane nonlinear_residual_energy(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
 
-/// P_v
+/// Returns P_v.
 TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept;
 
 }  // namespace palpate

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLanesOfOne = 2;  // the fewest that a vector has (doubles.hpp): one F, the same in both
+constexpr std::size_t kLanesOfOne = 2;  // smallest width of a vector (doubles.hpp): one F, the same in both lanes
 
 Mat<kLanesOfOne> in_lanes(const Eigen::Matrix3d& f) {
   Mat<kLanesOfOne> m;
@@ -87,7 +87,7 @@ OgdenTangent ogden_tangent(const OgdenLaw& law, OgdenModuli moduli, const Eigen:
   OgdenTangent out;
   out.g_of_c = v * at.g.asDiagonal() * v.transpose();
   out.kappa = moduli.lambda * (f.determinant() - 1) - law.sum * moduli.mu;
-  constexpr double kCofactorsChange = 2 * std::numbers::inv_sqrt3;  // |X(F)| <= 2 / sqrt(3) |F|, as much for F a multiple of 1
+  constexpr double kCofactorsChange = 2 * std::numbers::inv_sqrt3;  // |X(F)| <= 2 / sqrt(3) |F|, with equality for multiples of 1
   double most = at.g.cwiseAbs().maxCoeff() + std::abs(out.kappa) * kCofactorsChange * f.norm();
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;

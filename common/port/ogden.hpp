@@ -1,4 +1,4 @@
-// Ogden's law of two terms for a solid that may change its volume.
+// Ogden's law with two terms for a compressible solid.
 //
 //     Psi = sum_p mu_p / alpha_p (l_1^alpha_p + l_2^alpha_p + l_3^alpha_p - 3) - mu_s (J - 1) + lambda/2 (J - 1)^2   [J/m^3]
 //     l_i principal stretches, J = det F, mu_s = mu_1 + mu_2, lambda = lambda_L + mu_s
@@ -6,18 +6,18 @@
 //
 // Of C = F^T F, principal values x_i = l_i^2, vectors v_i, it is the function
 //     P = F g(C) + (lambda (J - 1) - mu_s) G,   g(x) = sum_p mu_p x^beta_p,   beta_p = alpha_p / 2 - 1,   G the cofactors of F
-// so that no square root of C is needed and F may be flat or inside out: x^beta is followed along its tangent below x = 0.04
-// (l = 0.2) and where it has grown by e^4 (kLogGrowthMax), which keeps P smooth in F and every element's stiffness finite. alpha
-// = (2) is mooney_rivlin with no second share, alpha = (2, -2) with a second share is that of Mooney and Rivlin where J = 1.
+// so that no square root of C is needed and F may be flat or inside out: x^beta is continued along its tangent below x = 0.04 (l
+// = 0.2) and where it has grown by e^4 (kLogGrowthMax), which keeps P smooth in F and every element's stiffness finite. alpha =
+// (2) is mooney_rivlin without a second share, alpha = (2, -2) with a second share is that of Mooney and Rivlin where J = 1.
 //
 // With y_i = F v_i and g[x, y] = (g(x) - g(y)) / (x - y), g[x, x] = g'(x), the tangent is (tetra_kernel.hpp has its form)
 //     dP = dF g(C) + sum_{i <= j} c_ij (Q_ij : dF) Q_ij + (lambda (J - 1) - mu_s) X(F)[dF] + lambda (G : dF) G
 //     Q_ii = y_i v_i^T, c_ii = 2 g'(x_i);   Q_ij = y_i v_j^T + y_j v_i^T, c_ij = g[x_i, x_j]
 //
 // In lanes g(C) = g(a) + g[a, b] (C - a) + g[a, b, c] (C - a)(C - b), Newton's interpolation at the x_i, which needs no v_i:
-// differences of what nearly cancels are taken from the binomial series. The x_i come from the roots of t^3 - 3 t - 2 r, the one
-// apart from the others by Newton's method, they by the square root that is left; where that is not sharp g(C) is, by the theorem
-// of Cayley and Hamilton.
+// differences of numbers that nearly cancel come from the binomial series. The x_i come from the roots of t^3 - 3 t - 2 r: the
+// isolated one by Newton's method, the others by the remaining square root; where that is not sharp g(C) is, by the theorem of
+// Cayley and Hamilton.
 //
 // Source: Ogden, Large deformation isotropic elasticity, Proc. R. Soc. A 326 (1972); the form of the part that changes volume as
 // in Smith, De Goes and Kim (2018).
@@ -31,14 +31,14 @@
 
 namespace palpate {
 
-/// mu_p x^beta_p with the edges of where it is followed, x from `low` to `high`.
+/// mu_p x^beta_p, exact for x from `low` to `high`, along its tangents outside.
 struct OgdenTerm {
   double weight = 0;  ///< mu_p / mu_L
   double power = 0;   ///< beta_p
   double low = 1, high = 1, log_low = 0, log_high = 0;
 };
 
-/// What Ogden's law is in units of mu_L.
+/// Parameters of Ogden's law in units of mu_L.
 struct OgdenLaw {
   OgdenLaw() = default;
   /// `law` of kind ogden.
@@ -47,24 +47,24 @@ struct OgdenLaw {
   double sum = 0;  ///< mu_s / mu_L
 };
 
-/// With mu_L and lambda of the law.
+/// Moduli mu_L and lambda of the law.
 struct OgdenModuli {
   double mu, lambda;
 };
 double ogden_energy(const OgdenLaw& law, OgdenModuli moduli, const Eigen::Matrix3d& f);
 Eigen::Matrix3d ogden_stress(const OgdenLaw& law, OgdenModuli moduli, const Eigen::Matrix3d& f);
 
-/// Of dP: without the part of det F, and kappa = lambda (J - 1) - mu_s.
+/// The parts of dP but that of det F, with kappa = lambda (J - 1) - mu_s.
 struct OgdenTangent {
   Eigen::Matrix3d g_of_c;
   std::array<double, 6> c;
   std::array<Eigen::Matrix3d, 6> q;
   double kappa;
-  double steepest;  ///< a bound of what all but lambda (G : dF) G has for a dF of length 1
+  double steepest;  ///< bound of all parts but lambda (G : dF) G for a dF of length 1
 };
 OgdenTangent ogden_tangent(const OgdenLaw& law, OgdenModuli moduli, const Eigen::Matrix3d& f);
 
-/// In principal stretches s, some of which may be negative: g, g' at s_i^2, and g[x_j, x_k] of the two others.
+/// Values at principal stretches s, some of which may be negative: g, g' at s_i^2, and g[x_j, x_k] of the two others.
 struct OgdenPrincipal {
   Eigen::Vector3d g, slope, between;
 };
@@ -74,10 +74,10 @@ OgdenPrincipal ogden_principal(const OgdenLaw& law, double mu, const Eigen::Vect
 template <std::size_t N>
 struct OgdenTermAt {
   Doubles<N> value[3], slope[3];
-  Truths<N> inside[3];  ///< where the power itself is followed
+  Truths<N> inside[3];  ///< true where the power itself is used
 };
 
-/// Of x, between which powers are followed whatever alpha is; outside, along their tangents.
+/// Range of x in which powers are used for every alpha; outside, their tangents.
 inline constexpr double kSquaredStretchMin = 0.04;  ///< a stretch of 0.2
 inline constexpr double kSquaredStretchMax = 1e6;   ///< a stretch of 1000, beyond any deformation of a body
 
@@ -101,10 +101,10 @@ PALPATE_INLINE void find_term(const OgdenTerm& term, const Doubles<N> (&x)[3], c
   }
 }
 
-/// |x_i - x_j| / x_j: up to it the binomial series, which there is right to 4e-12, beyond it the quotient, to 2e-12.
+/// Limit of |x_i - x_j| / x_j: up to it the binomial series, accurate to 4e-12, beyond it the quotient, to 2e-12.
 inline constexpr double kSeriesGapMax = 1e-3;
 
-/// g[x_i, x_j]; `way`: (x_i - x_j) / x_j where that is small, `near`, else 0.
+/// Computes g[x_i, x_j]; `way`: (x_i - x_j) / x_j where that is small, `near`, else 0.
 template <std::size_t N>
 PALPATE_INLINE void first_difference(const OgdenTerm& term, const Doubles<N> (&x)[3], const OgdenTermAt<N>& at, int i, int j,
                                      Doubles<N>& way, Truths<N>& near, Doubles<N>& first) {
@@ -119,7 +119,7 @@ PALPATE_INLINE void first_difference(const OgdenTerm& term, const Doubles<N> (&x
   first = near ? close : (at.value[i] - at.value[j]) / divisor;
 }
 
-/// The principal values of a symmetric matrix that is nowhere negative: two that may be close to one another, and the third.
+/// Computes the principal values of a positive semi-definite matrix: two that may be close to one another, and the third.
 template <std::size_t N>
 PALPATE_INLINE void principal_values(const Mat<N>& c, Doubles<N> (&x)[3]) {
   constexpr double kDeviatorCubeMin = 1e-30;  // below, the x agree to 1e-10 and r would be rounding
@@ -216,7 +216,7 @@ PALPATE_INLINE void add_ogden(const OgdenLaw& law, const Doubles<N>& mu, const D
       p.of[r][s] += f.of[r][0] * g.of[0][s] + f.of[r][1] * g.of[1][s] + f.of[r][2] * g.of[2][s] + pressure * cofactor.of[r][s];
 }
 
-/// Psi
+/// Computes Psi.
 template <std::size_t N>
 PALPATE_INLINE void ogden_energies(const OgdenLaw& law, const Doubles<N>& mu, const Doubles<N>& lambda, const Mat<N>& f,
                                    Doubles<N>& energy) {

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kRoundingM = 1e-6;  // between the moment in which a contact ends and the position that follows from it
 
-/// Where the way from `from` to `to` goes through triangle t from its front: the point, and which part of the way that is. Its
-/// rim counts (Moeller and Trumbore, J. Graphics Tools 2 (1997)).
+/// Returns the point at which the path from `from` to `to` enters triangle t from its front, and the share of the path up to it.
+/// Its rim counts (Moeller and Trumbore, J. Graphics Tools 2 (1997)).
 std::optional<std::pair<SurfacePoint, double>> crossing(const SurfaceView& s, Positions x, std::uint32_t t, const Vec3& from,
                                                         const Vec3& to) {
   constexpr double kRim = 1e-9;
@@ -40,12 +40,12 @@ std::optional<SurfacePoint> first_crossing(const SurfaceView& s, Positions x, co
   return first ? std::optional(first->first) : std::nullopt;
 }
 
-/// The tool beside the surface that it was outside of when it was looked at last.
+/// The tool relative to the surface that it was outside of at the last check.
 struct Followed {
-  Vec3 from = Vec3::Zero();                        ///< where it was, carried along with the surface
-  Vec3 before = Vec3::Zero();                      ///< the normal there
-  SurfacePoint point;                              ///< of the same sheet, now nearest
-  Vec3 gap = Vec3::Zero(), normal = Vec3::Zero();  ///< from there to the tool; there
+  Vec3 from = Vec3::Zero();                        ///< last position, moved along with the surface
+  Vec3 before = Vec3::Zero();                      ///< normal there
+  SurfacePoint point;                              ///< nearest point now, on the same sheet
+  Vec3 gap = Vec3::Zero(), normal = Vec3::Zero();  ///< gap from there to the tool; normal there
 };
 
 std::optional<Followed> follow(const SurfaceView& s, Positions x, const Vec3& tool, const Clearance& clearance) {
@@ -58,13 +58,13 @@ std::optional<Followed> follow(const SurfaceView& s, Positions x, const Vec3& to
   return f;
 }
 
-/// Between the sheets of a body that is inside out, in front of both, or on one of them.
+/// Returns true between the sheets of a body that is inside out, in front of both, or on one of them.
 bool is_inside_out(const SurfaceView& s, Positions x, const Vec3& at) {
-  constexpr double kLeast = 0.25;  // 1 between them, a half on one
+  constexpr double kLeast = 0.25;  // 1 between them, one half on a sheet
   return winding_number(s, x, at) < -kLeast;
 }
 
-/// The point at which the tool has come through the surface.
+/// Returns the point at which the tool has come through the surface.
 std::optional<SurfacePoint> entered_at(const SurfaceView& s, Positions x, const Vec3& tool, const Clearance& clearance,
                                        const Followed& f) {
   if ((tool - f.from).norm() + kRoundingM < clearance.gap.norm()) return std::nullopt;
@@ -78,7 +78,7 @@ std::optional<SurfacePoint> entered_at(const SurfaceView& s, Positions x, const 
   return is_other_sheet && is_inside_out(s, x, front) ? std::nullopt : std::optional(nearest);
 }
 
-/// Of the nearest point, unless another sheet of a body that is inside out has come between.
+/// Returns the clearance from the nearest point, unless another sheet of a body that is inside out has come between.
 Clearance clearance_now(const SurfaceView& s, Positions x, const Vec3& tool, const NearestPoint& nearest,
                         const std::optional<Followed>& f) {
   const Clearance of_nearest = clearance_of(nearest.point, tool - nearest.position, nearest.normal);

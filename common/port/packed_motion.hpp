@@ -1,13 +1,13 @@
-// How nodes move (node_motion.hpp), and where they are, as words of 16 bits in terms (terms_pieces.hpp): of the nodes of springs
-// and tetrahedra, and of the vertices of a surface.
+// The motion of nodes (node_motion.hpp), and their positions, as words of 16 bits in terms (terms_pieces.hpp): for the nodes of
+// springs and tetrahedra, and for the vertices of a surface.
 //
-//     motion    b, bytes, two a word: node by node, of each axis by axis, of each mode by mode: 3 r N / 2 words, rounded
+//     motion    b, bytes, two a word: by node, then by axis, then by mode: 3 r N / 2 words, rounded
 //               up (r modes, N nodes), signed; then p(i), bytes: N / 2 words, rounded up
-//     places    for each node x, y and z, int16 of a unit [m]: 3 N words, right to half a unit
+//     places    for each node x, y and z, int16 of a unit [m]: 3 N words, accurate to half a unit
 //
-// Scales s and steps h of a motion are not here: they are halves, and go ahead of all words that are none.
-// What can go wrong: a motion that arrives may name a parent that is not before its node, or a tool's node that is none:
-// take_motion() says so. append_places() asserts that all places fit an int16.
+// Scales s and steps h of a motion are stored elsewhere: they are halves, which precede all words that are none. What can go
+// wrong: a received motion may name a parent that is not before its node, or an invalid node of the tool: take_motion() reports
+// this. append_places() asserts that all places fit an int16.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,14 +18,15 @@
 
 namespace palpate::packed {
 
-constexpr float kPlaceMax = 32767;  // of an int16: a place from the middle of all, in its unit
+constexpr float kPlaceMax = 32767;  // largest int16: a position relative to the middle of all, in its unit
 
-/// b and p(i): two bytes a word.
+/// Appends b and p(i): two bytes a word.
 void append_motion(const NodeMotion& motion, std::vector<std::uint16_t>& out);
-/// Of `motion`, that has all but these. False when one moves with a node that is none before it, or the tool's is none.
+/// Completes `motion`, which has all but these. Returns false when a parent is not before its node, or the tool's node does not
+/// exist.
 bool take_motion(const std::vector<std::uint16_t>& numbers, int& at, int modes, int nodes, NodeMotion& motion);
 
-/// As whole numbers of a length, none beyond kPlaceMax of it.
+/// Appends places as multiples of `unit`, each at most kPlaceMax of it.
 void append_places(const Eigen::Matrix3Xf& place, float unit, std::vector<std::uint16_t>& out);
 Eigen::Matrix3Xf take_places(const std::vector<std::uint16_t>& numbers, int& at, int nodes, float unit);
 

@@ -1,4 +1,4 @@
-// A patch: the small model of what the hand is touching, valid from one stamped moment on.
+// A patch: the small local model of the body at one tool, valid from its stamp on.
 //
 // Around the state (x*, v*) of the body at the stamp t*, with x = x* + V q and V orthonormal in the mass matrix M:
 //
@@ -9,22 +9,23 @@
 //     force on the tool = force - K_p d - D_p d' + B_k^T q + B_d^T (q' - q_rate)
 //
 // Other tools on the body push the modes with a force that is g at the stamp and changes with time, w = g + load_rate (t - t*),
-// until load_for after it; then it stays. What their contacts add to the stiffness is in K. Of a touch the nearest of them
+// until load_for after it; then it is constant. Their contacts' share of the stiffness is in K. In a touch the nearest of them
 // (OtherTool) are contacts instead, which begin, slip and end by the contact law like the tool's own.
 //
 // touch (the tool pushes with lambda at a barycentric point w of a surface triangle; R_i are the port rows of vertex i):
 //     vertex i is at  x_i = position_i + R_i q,       u = (sum_i w_i R_i)^T lambda
 //     end-of-tick contact point p = p_free + C lambda;  lambda from the contact law (contact_law.hpp)
 //     force on the tool = -lambda
-// other tools: u += sum_o R_o^T lambda_o; lambda_o from the same law, the tool at gap_o(t) from where the point under it would be
+// other tools: u += sum_o R_o^T lambda_o; lambda_o from the same law, the tool at gap_o(t) relative to the point under it
 //     without its push, a plane with normal n_o that the modes move by R_o and a push by c_static,o:
 //     gap_o(t) = gap_o* + v_o t' + a_o t'^2 / 2 - R_o q,   t' = min(t - t*, load_for)
 //
-// Where the body's stress fades (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H = [[K_p,
+// Where the body's stress relaxes (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H = [[K_p,
 // -B_k^T], [-B_k, K]] or K, each branch k of its Prony series adds share_k s_k to the forces on u,
 //     s_k' = (pull_k + H u - f - s_k) / time_k,      s_k(t*) = 0
-// f what terms push beside the patch (nonlinear_terms.hpp): what has faded tends to what the body would push with had it been
-// bent at once. Linear viscoelasticity has it exactly; how its stress turns with the body in the time of a patch is in K.
+// f the force of terms in addition to the patch (nonlinear_terms.hpp): the relaxed part tends to the force that the body would
+// have after an instantaneous deformation. Exact for linear viscoelasticity; the rotation of the stress with the body during the
+// time of a patch is in K.
 //
 // A patch without modes is static: `constant` shows `force` (schemes hold, filtered); otherwise K_p alone (attach) or the
 // compliance c_static about the stress-free surface (touch) answers (scheme tangent).
@@ -62,32 +63,32 @@ struct SurfacePoint {
 };
 
 struct PortVertex {
-  Vec3 position = Vec3::Zero();  ///< at the stamp [m]
-  PortRows rows;                 ///< how the modes move it
-  /// Outward unit normal at the stamp where triangles that do not travel have a share in it; zero: that of its triangles here.
+  Vec3 position = Vec3::Zero();  ///< position at the stamp [m]
+  PortRows rows;                 ///< motion with the modes
+  /// Outward unit normal at the stamp where triangles outside the patch contribute to it; zero: the normal of its triangles here.
   Vec3 normal = Vec3::Zero();
 };
 
-/// Of a piece of surface with so many vertices: a sphere's.
+/// Largest number of triangles of a piece of surface with that many vertices: a sphere's.
 constexpr int most_triangles(int vertices) { return 2 * vertices - 4; }
 
-/// The surface near the contact; it travels with the patch so that the tool finds it by itself between frames.
+/// The surface near the contact, sent with the patch so that the client finds contacts by itself between frames.
 struct PortSurface {
   int vertex_count = 0, triangle_count = 0;
   std::array<PortVertex, kMaxPortVertices> vertices;
   std::array<Triangle, kMaxPortTriangles> triangles{};
 };
 
-/// Another tool that touches the body, or is about to, with the path that it is expected to take.
+/// Another tool that touches the body, or is about to, with its expected path.
 struct OtherTool {
-  bool touching = false;                                      ///< at the stamp
+  bool touching = false;                                      ///< contact state at the stamp
   Vec3 gap = Vec3::Zero();                                    ///< gap_o* [m]
   Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();  ///< v_o [m/s], a_o [m/s^2]
   Vec3 normal = Vec3::UnitZ();                                ///< n_o, outwards, of length 1
   Mat3 c_static = Mat3::Zero();                               ///< compliance there that no mode carries [m/N]
   PortRows rows;                                              ///< R_o
 };
-inline constexpr int kMaxOtherTools = 3;  ///< more: less of the surface fits into a datagram
+inline constexpr int kMaxOtherTools = 3;  ///< with more, less of the surface fits into a datagram
 struct PatchOthers {
   int count = 0;
   std::array<OtherTool, kMaxOtherTools> of;
@@ -95,7 +96,7 @@ struct PatchOthers {
   std::span<const OtherTool> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
 };
 
-/// Of a stress that fades.
+/// One branch of a stress that relaxes.
 struct PatchBranch {
   PronyBranch prony;
   BoundedMatrix<kMaxModes + 3, 1> pull;  ///< pull_k [N for d, kg^1/2 m/s^2 for q]
@@ -107,10 +108,10 @@ struct PatchFading {
   std::span<const PatchBranch> branches() const { return std::span(of).first(static_cast<std::size_t>(count)); }
 };
 
-/// How long a link may always be silent: what a patch is valid for, at least, beyond the age that it is expected to reach.
+/// Longest silence that every link is allowed: the least validity of a patch beyond the age that it is expected to reach.
 inline constexpr Micros kSilenceLeast{250'000};
 
-/// Largest component of a force that may be sent [N], of a patch and elsewhere.
+/// Largest component of a force in messages [N], in patches and elsewhere.
 inline constexpr double kMaxForceN = 1e4;
 
 struct Patch {
@@ -118,17 +119,17 @@ struct Patch {
   Micros stamp{};         ///< t*
   Scheme scheme = Scheme::hold;
   ContactKind contact = ContactKind::attach;
-  bool constant = false;  ///< show `force`, no model
+  bool constant = false;  ///< true: show `force`, no model
 
   // reduced dynamics
   ModeVector stiffness;  ///< K, r non-negative entries, ascending [1/s^2]
   ModeMatrix damping;    ///< D, symmetric positive semi-definite [1/s]
   ModeVector g;          ///< residual force at the stamp
   ModeVector q_rate;     ///< free motion at the stamp
-  ModeVector load_rate;  ///< how the forces of other tools change [kg^1/2 m/s^3]; r entries, or none: nothing changes
-  Micros load_for{};     ///< for so long after the stamp they change, and `others` move
+  ModeVector load_rate;  ///< rate of the forces of other tools [kg^1/2 m/s^3]; r entries, or none: constant
+  Micros load_for{};     ///< time after the stamp during which they change and `others` move
 
-  Vec3 force = Vec3::Zero();  ///< on the tool at the stamp [N]
+  Vec3 force = Vec3::Zero();  ///< force on the tool at the stamp [N]
 
   // attach
   Vec3 tool = Vec3::Zero(), tool_velocity = Vec3::Zero();  ///< h*, h'*
@@ -144,18 +145,18 @@ struct Patch {
   SurfacePoint point;            ///< contact point (touching) or nearest point, on `surface`
   Mat3 c_static = Mat3::Zero();  ///< compliance that no mode carries [m/N]
   PortSurface surface;
-  PatchOthers others;  ///< coupling and friction are those above
+  PatchOthers others;  ///< contacts with the coupling and friction above
 
   double low_pass_hz = 0;     ///< first-order low-pass of the shown force (scheme filtered), 0 = none
-  double trust_radius_m = 0;  ///< beyond this distance of the tool from h* the force fades out
-  Micros valid_for{};         ///< beyond this age the force fades out
+  double trust_radius_m = 0;  ///< distance of the tool from h* beyond which the force fades out
+  Micros valid_for{};         ///< age beyond which the force fades out
 
   int modes() const { return static_cast<int>(stiffness.size()); }
   int states() const { return 2 * modes(); }
 };
 
-/// Why a patch must not be played; `none` when it may. The receiver's own check, whatever the sender promised:
-/// every number finite and in range, K and D positive semi-definite (with the port block for attach), indices inside, weights
+/// Reason for which a patch must not be played; `none` when it may. The receiver's own check, independent of the sender: every
+/// number finite and in range, K and D positive semi-definite (with the port block for attach), indices inside, weights
 /// barycentric. Passivity of the linear model follows from the semi-definiteness of K and D.
 enum class PatchFault : std::uint8_t { none, sizes, not_finite, out_of_range, stiffness_indefinite, damping_indefinite, surface };
 PatchFault check(const Patch& patch);

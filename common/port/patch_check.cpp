@@ -1,11 +1,11 @@
 // The receiver's check of a patch.
 //
-// Semi-definiteness is asked of S A S with S = diag(a_ii)^-1/2, so that newtons per metre and modes may stand in one matrix,
-// up to a tolerance of 1e-5 on its diagonal of ones. Why there is a tolerance at all: entries arrive as float32, each off by
-// up to 6e-8 of itself and hence, as |a_ij|^2 <= a_ii a_jj, by 6e-8 in S A S; over 19 rows that moves an eigenvalue by 1.2e-6 at
-// most, and a matrix that was singular before it was rounded may end below zero by as much. What slips through can feed a motion
-// with 1e-5 of what its own stiffnesses or dampers would take from it. A diagonal entry below 1e-6 of its block's largest counts
-// as that: it is the sender's rounding error, not a scale.
+// Semi-definiteness is checked for S A S with S = diag(a_ii)^-1/2, so that newtons per metre and modes may be in one matrix, up
+// to a tolerance of 1e-5 on its unit diagonal. The tolerance is needed because entries arrive as float32, each with a relative
+// error of up to 6e-8 and hence, as |a_ij|^2 <= a_ii a_jj, of 6e-8 in S A S; over 19 rows that changes an eigenvalue by at most
+// 1.2e-6, and a matrix that was singular before rounding may be indefinite by as much. A matrix within the tolerance can feed a
+// motion with 1e-5 of what its own stiffnesses or dampers would take from it. A diagonal entry below 1e-6 of its block's largest
+// counts as that: it is the sender's rounding error, not a scale.
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
@@ -15,18 +15,18 @@
 namespace palpate {
 namespace {
 
-constexpr double kRelativeTolerance = 1e-5, kDiagonalShareMin = 1e-6;  // of the largest entry; why: above
+constexpr double kRelativeTolerance = 1e-5, kDiagonalShareMin = 1e-6;  // relative to the largest entry; reason: see above
 // Ranges of the format (docs/reference/wire.md, 4); products of such numbers stay finite.
 constexpr double kMaxSpeedMS = 1e3, kMaxCompliance_m_n = 1e3, kMaxFriction = 10, kMaxLowPassHz = 1e4;
-constexpr double kMaxModelEntry = 1e12;                       // of K, D, g, ..., each in its own unit (patch.hpp)
-constexpr Micros kMaxDuration{60'000'000};                    // of valid_for and load_for
-constexpr double kTwiceAreaMin_m2 = 1e-14;                    // of a triangle with sides of 0.1 um: below, its normal is rounding
-constexpr double kFadingSumMax = kMaxFadingShare + 1e-6;      // shares travel in single precision
-constexpr double kFadingTimeMinS = (1 - 1e-6) * kMinFadingS;  // as times do
+constexpr double kMaxModelEntry = 1e12;                   // for K, D, g, ..., each in its own unit (patch.hpp)
+constexpr Micros kMaxDuration{60'000'000};                // for valid_for and load_for
+constexpr double kTwiceAreaMin_m2 = 1e-14;                // for a triangle with sides of 0.1 um: below, its normal is rounding
+constexpr double kFadingSumMax = kMaxFadingShare + 1e-6;  // shares are sent in single precision
+constexpr double kFadingTimeMinS = (1 - 1e-6) * kMinFadingS;  // like times
 
 using Square = BoundedMatrix<kMaxModes + 3, kMaxModes + 3>;
 
-/// Remembers the first fault.
+/// Stores the first fault.
 class Numbers {
  public:
   PatchFault fault() const { return fault_; }
@@ -132,7 +132,7 @@ PatchFault check_numbers(const Patch& p) {
   return numbers.fault();
 }
 
-/// `a` is symmetric by its lower triangle; rows before `split` are one block (one unit), the others another.
+/// Checks `a`, symmetric by its lower triangle; rows before `split` are one block (one unit), the others another.
 bool semi_definite(Square a, Eigen::Index split) {
   const auto n = a.rows();
   if (n == 0) return true;
@@ -159,7 +159,7 @@ bool symmetric(const ModeMatrix& m) {
   return m.size() == 0 || (m - m.transpose()).cwiseAbs().maxCoeff() <= kRelativeTolerance * m.cwiseAbs().maxCoeff();
 }
 
-/// [[port, -b^T], [-b, modes]]
+/// Returns [[port, -b^T], [-b, modes]].
 Square with_port(const Mat3& port, const ModePort& b, const ModeMatrix& modes) {
   const auto r = modes.rows();
   Square a(r + 3, r + 3);

@@ -6,8 +6,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kPolarIterations = 8;       // a bound on Newton's method, which converges quadratically
-constexpr double kPolarWellFormed = 0.1;  // of J 3^1.5 / |F|^3, 1 for a rotation: below, singular values are used
+constexpr int kPolarIterations = 8;       // bound on Newton's method, which converges quadratically
+constexpr double kPolarWellFormed = 0.1;  // limit of J 3^1.5 / |F|^3, 1 for a rotation: below, singular values are used
 
 }  // namespace
 

@@ -4,13 +4,13 @@
 // With F scaled to |F|^2 = 3, J = det F, G its cofactors and s_1 >= s_2 >= |s_3| its principal stretches, s_3 with the sign of J,
 //     det(x - K) = x^4 - 6 x^2 - 8 J x + 9 - 4 |G|^2,   largest root x = s_1 + s_2 + s_3 in [1, 3],
 //     slope there 8 (s_1 + s_2) (s_2 + s_3) (s_3 + s_1)
-// 1. x by Halley's method from 3: all roots are real, so it comes down to the largest and no further.
+// 1. x by Halley's method from 3: all roots are real, so it descends to the largest and no further.
 // 2. q is the largest column of the adjugate of x - K.
-// 3. Where R^T F is not symmetric to rounding, Newton's method on rotations, whose error goes with the third power of the one
-//    before: a turn about w by atan |w|, ((tr S) I - S) w = t, S and t the symmetric and the axial part of R^T F.
-// A lane that is done stays as it is while others go on: its numbers do not depend on theirs. R is the identity for F = 0; where
-// s_2 + s_3 < 1e-6 |F| rounding chooses among rotations whose tr(R^T F) is the largest to 1e-6 |F|.
-// Source: Horn, Closed-form solution of absolute orientation using unit quaternions, J. Opt. Soc. Am. A 4 (1987).
+// 3. Where R^T F is not symmetric to rounding, Newton's method on rotations, of third order: a rotation about w by
+//    atan |w|, ((tr S) I - S) w = t, S and t the symmetric and the axial part of R^T F.
+// A lane that has converged stays unchanged while others continue: its numbers do not depend on theirs. R is the identity for F =
+// 0; where s_2 + s_3 < 1e-6 |F| rounding chooses among rotations whose tr(R^T F) is the largest to 1e-6 |F|. Source: Horn,
+// Closed-form solution of absolute orientation using unit quaternions, J. Opt. Soc. Am. A 4 (1987).
 #pragma once
 
 #include "common/port/mat_lanes.hpp"
@@ -23,11 +23,11 @@ struct Quaternion {
   Doubles<N> of[4];
 };
 
-/// x of x^4 - 6 x^2 - 8 J x + c
+/// Finds the largest root x of x^4 - 6 x^2 - 8 J x + c.
 template <std::size_t N>
 PALPATE_INLINE void largest_root(const Doubles<N>& j, const Doubles<N>& c, Doubles<N>& x) {
-  constexpr int kStepsMax = 24;            // towards a double root each leaves a third of the error
-  constexpr double kLastStep = 2e-6;       // of the slope: the third power of such a step is lost in rounding
+  constexpr int kStepsMax = 24;            // towards a double root each step leaves a third of the error
+  constexpr double kLastStep = 2e-6;       // share of the slope: the third power of such a step is lost in rounding
   constexpr double kRootRounding = 3e-14;  // of p; at a double root x stays above it, where the adjugate is not rounding alone
   const Doubles<N> least = Doubles<N>{} + 1.0;
   x = least + 2.0;
@@ -58,7 +58,7 @@ PALPATE_INLINE void adjugate(const Doubles<N> (&m)[4][4], Doubles<N> (&a)[4][4])
     }
 }
 
-/// The largest column of the adjugate of x - K(F).
+/// Computes the largest column of the adjugate of x - K(F).
 template <std::size_t N>
 PALPATE_INLINE void eigenvector(const Mat<N>& f, const Doubles<N>& x, Quaternion<N>& q) {
   Doubles<N> m[4][4], a[4][4];
@@ -92,13 +92,13 @@ PALPATE_INLINE void rotation_of(const Quaternion<N>& q, Mat<N>& r) {
   }
 }
 
-/// Axial part t of S.
+/// Computes the axial part t of S.
 template <std::size_t N>
 PALPATE_INLINE void axial_part(const Mat<N>& s, Doubles<N> (&t)[3]) {
   for (int k = 0; k < 3; ++k) t[k] = s.of[(k + 2) % 3][(k + 1) % 3] - s.of[(k + 1) % 3][(k + 2) % 3];
 }
 
-/// H = (tr S) I - S of the symmetric part of S; its eigenvalues are sums of two principal stretches.
+/// Computes H = (tr S) I - S of the symmetric part of S; its eigenvalues are sums of two principal stretches.
 template <std::size_t N>
 PALPATE_INLINE void pair_sums(const Mat<N>& s, Mat<N>& h) {
   const Doubles<N> trace = s.of[0][0] + s.of[1][1] + s.of[2][2];
@@ -106,10 +106,10 @@ PALPATE_INLINE void pair_sums(const Mat<N>& s, Mat<N>& h) {
     for (int c = 0; c < 3; ++c) h.of[r][c] = (r == c ? trace : Doubles<N>{}) - 0.5 * (s.of[r][c] + s.of[c][r]);
 }
 
-/// Turns q, in the lanes that are `going`, by what Newton's method says at S = R^T F.
+/// Rotates q, in the lanes that are `going`, by a step of Newton's method at S = R^T F.
 template <std::size_t N>
 PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths<N>& going, Quaternion<N>& q) {
-  constexpr double kDetMin = 1e-13;  // of H at |F|^2 = 3: below, rounding chooses among R, and q stays
+  constexpr double kDetMin = 1e-13;  // limit of det H at |F|^2 = 3: below, rounding chooses among R, and q stays
   Mat<N> h, g;
   pair_sums(s, h);
   cofactors(h, g);
@@ -128,11 +128,11 @@ PALPATE_INLINE void turn(const Mat<N>& s, const Doubles<N> (&t)[3], const Truths
   }
 }
 
-/// R from a q that is nearly there. |F|^2 = 3.
+/// Refines R from a q that is nearly exact. |F|^2 = 3.
 template <std::size_t N>
 PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
-  constexpr int kNewtonStepsMax = 4;         // of third order: two bring |w| = 1e-2 below rounding
-  constexpr double kAxialSquareMin = 1e-29;  // of |t|^2: t of 3e-15, some roundings of R^T F
+  constexpr int kNewtonStepsMax = 4;         // third order: two steps bring |w| = 1e-2 below rounding
+  constexpr double kAxialSquareMin = 1e-29;  // limit of |t|^2: t of 3e-15, some roundings of R^T F
   Truths<N> going = f.of[0][0] == f.of[0][0];
   for (int k = 0;; ++k) {
     rotation_of(q, r);
@@ -147,10 +147,10 @@ PALPATE_INLINE void refine(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
   }
 }
 
-/// R, and its quaternion, of any length.
+/// Computes R and its quaternion, of any length.
 template <std::size_t N>
 PALPATE_INLINE void polar_rotations(const Mat<N>& f, Quaternion<N>& q, Mat<N>& r) {
-  constexpr double kSquareNormMin = 1e-290;  // of |F|^2: below, squares lose digits, and F counts as 0
+  constexpr double kSquareNormMin = 1e-290;  // limit of |F|^2: below, squares lose digits, and F counts as 0
   Doubles<N> square, size, j, minors, x;
   inner(f, f, square);
   roots<N>(square / 3.0, size);

@@ -10,10 +10,10 @@ namespace {
 
 constexpr float kSpringLengthMinM = 1e-6F;   // below, a spring has no direction
 constexpr double kStiffnessMin_1_s2 = 1e-6;  // so that springs that hold no mode do not divide by 0
-constexpr double kCompressionMax = 2;        // L / |d| that added mass allows for: more would slow what matters
+constexpr double kCompressionMax = 2;        // limit of L / |d| in the added mass: more would slow motions that matter
 constexpr double kStepsPerOctave = 16;       // format: a byte reaches slopes of 2^(255 / 16) = 6e4, to 4 %
 
-/// Largest eigenvalue of the part that belongs to the modes, of a mass of 1 and what is added, if anything [1/s^2].
+/// Returns the largest eigenvalue of the part of the modes, for a mass of 1 plus `added_mass`, if any [1/s^2].
 double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixXd& added_mass = {}) {
   const Eigen::Index modes = stiffness.cols() - tool;
   Eigen::MatrixXd mass = Eigen::MatrixXd::Identity(modes, modes);
@@ -24,7 +24,7 @@ double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixX
       .tail<1>()[0];
 }
 
-/// Sum over springs of weight G^T G, and of weight (n . G)^T (n . G).
+/// Returns the sum over springs of weight G^T G, or of weight (n . G)^T (n . G).
 Eigen::MatrixXd weighted(const Eigen::ArrayXd& weights, const Eigen::MatrixXd& g) {
   assert(g.rows() == 3 * weights.size());
   const Eigen::VectorXd of_rows = weights.matrix().transpose().replicate(3, 1).reshaped();

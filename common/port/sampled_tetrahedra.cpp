@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// Sums that stay in registers from one variable to the next: those of Eigen do not.
+// Sums that stay in registers from one variable to the next, unlike those of Eigen.
 using LaneVector = float __attribute__((vector_size(sizeof(TetraLane))));
 using Lane __attribute__((may_alias, aligned(alignof(TetraLane)))) = LaneVector;
 static_assert(alignof(Lane) == alignof(TetraLane), "where Eigen keeps its arrays less strictly than vectors, lanes are read so");
@@ -71,7 +71,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
   assert(m <= kMaxTetrahedra && variables_ <= kMaxVariables && step_s > 0);
   const double stable = SampledForce::kStableStiffness / (step_s * step_s);
   Eigen::MatrixXf h = solid.motions(tool);
-  // Elements in their places, triangles from the next register on.
+  // elements in order, triangles from the next register on
   std::vector<int> place(static_cast<std::size_t>(m));
   int next = 0;
   for (const bool triangles : {false, true}) {
@@ -181,7 +181,7 @@ void SampledSolidForce::move_to(const Values& u) noexcept {
 }
 
 void SampledSolidForce::gradient(Values& g) const noexcept {
-  constexpr float kSquareMin = 1e-20F;  // of |dF|^2, for lanes that do not move
+  constexpr float kSquareMin = 1e-20F;  // limit of |dF|^2, for lanes that do not move
   Sums sums;
   sums.fill(TetraLane::Zero());
   for (int k = 0; k < groups_; ++k) {
@@ -224,7 +224,7 @@ void SampledSolidForce::damping(const Values& rate, Values& change, Values& at_s
 }
 
 void SampledSolidForce::add_dampers(int group, Square& dampers) const noexcept {
-  // Rows whose squares add up to the power: the strain rate's parts times the roots of what they are braked with.
+  // Rows whose squares sum to the power: the parts of the strain rate times the roots of their viscosities.
   constexpr int kRateRows = 7 * kTetraLane;  // six strain rates and their trace, in every lane
   Eigen::Matrix<float, kRateRows, Eigen::Dynamic, Eigen::ColMajor, kRateRows, kMaxVariables> rows(kRateRows, variables_);
   const Group& at = group_[static_cast<std::size_t>(group)];

@@ -16,8 +16,8 @@ Vec3 area_normal(const SurfaceView& s, Positions x, std::uint32_t t) {
   return (vertex(x, tri[1]) - a).cross(vertex(x, tri[2]) - a);
 }
 
-// Barycentric weights of the point of triangle (a, b, c) nearest to p (Ericson, Real-Time Collision Detection, 5.1.5: by Voronoi
-// region).
+// Returns the barycentric weights of the point of triangle (a, b, c) nearest to p (Ericson, Real-Time Collision Detection, 5.1.5:
+// by Voronoi region).
 Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -54,7 +54,7 @@ struct Best {
   void offer(const SurfaceView& s, Positions x, std::uint32_t t, const Vec3& query) {
     const Triangle& tri = s.triangles[t];
     const Vec3 a = vertex(x, tri[0]), b = vertex(x, tri[1]), c = vertex(x, tri[2]);
-    // Most triangles are too far away already by the box around them.
+    // Most triangles are too far away by their bounding box.
     const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
     const Vec3 outside = (low - query).cwiseMax(query - high).cwiseMax(Vec3::Zero());
     if (outside.squaredNorm() >= distance2) return;
@@ -70,7 +70,7 @@ struct Best {
     for (std::size_t c = 0; c < 3; ++c)
       for (std::uint32_t k = s.first[corners[c]]; k < s.first[corners[c] + 1]; ++k) {
         const Triangle& t = s.triangles[s.incident[k]];
-        bool offered = false;  // as a neighbour of an earlier corner
+        bool offered = false;  // true: it is a neighbour of an earlier corner
         for (std::size_t e = 0; e < c; ++e) offered |= t[0] == corners[e] || t[1] == corners[e] || t[2] == corners[e];
         if (!offered) offer(s, x, s.incident[k], query);
       }
@@ -82,7 +82,7 @@ NearestPoint describe_nearest(const SurfaceView& s, Positions x, const SurfacePo
   n.point = p;
   n.position = position_at(s, x, p);
   n.normal = normal_at(s, x, p);
-  // The normal alone would take for inside what lies before a triangle that is turned inside out, however far away.
+  // By the normal alone, points in front of a triangle that is turned inside out would count as inside, however far away.
   constexpr double kLeastWinding = 0.05;  // less than next to a corner of an open surface, 1/8
   const Vec3 away = query - n.position;
   const bool behind = away.dot(n.normal) < 0 && winding_number(s, x, query) > kLeastWinding;
@@ -178,7 +178,7 @@ SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, con
   const Vec3 target = position_at(s, x, p) + slip;
   Best best;
   best.offer(s, x, p.triangle, target);
-  constexpr int kRingsMax = 4;  // a bound on what a slip costs; further than that is left to the next slide
+  constexpr int kRingsMax = 4;  // bounds the cost of a slip; the next slide covers the rest
   for (int ring = 0; ring < kRingsMax; ++ring) {
     const std::uint32_t from = best.point.triangle;
     best.offer_around(s, x, from, target);

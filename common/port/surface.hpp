@@ -11,10 +11,10 @@
 //                           tan(Omega_t / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)
 //     slide by s            the nearest point to p + s, from triangle to triangle around the best so far
 //
-// lean_i: what triangles that are missing at the rim of a piece add to the direction of A_i; zero elsewhere, or none given.
-// What can go wrong: a slide finds a local minimum, and stops after some rings of triangles; where all normals vanish the normal
-// is that of the triangle, then z. The view does not own memory, so that the server's whole surface and the client's few
-// triangles run the same code. Cost: nearest_point() and winding_number() go over all triangles; slide() over neighbours only.
+// lean_i: contribution to the direction of A_i of triangles that are missing at the rim of a piece; zero elsewhere, or none
+// given. What can go wrong: a slide finds a local minimum, and stops after some rings of triangles; where all normals vanish the
+// normal is that of the triangle, then z. The view does not own memory, so that the server's whole surface and the client's few
+// triangles run the same code. Cost: nearest_point() and winding_number() visit all triangles; slide() neighbours only.
 //
 // Source: Ericson, Real-Time Collision Detection (2005), 5.1.5; Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983).
 #pragma once
@@ -28,13 +28,13 @@
 
 namespace palpate {
 
-/// Who is next to whom. Vertex i belongs to triangles incident[first[i]] ... incident[first[i + 1] - 1].
-/// open[t] has bit k set when the edge opposite corner k of triangle t has no other triangle.
+/// Adjacency of a surface. Vertex i belongs to triangles incident[first[i]] ... incident[first[i + 1] - 1]. open[t] has bit k set
+/// when the edge opposite corner k of triangle t has no other triangle.
 struct SurfaceView {
   std::span<const Triangle> triangles;
   std::span<const std::uint32_t> first, incident;
   std::span<const std::uint8_t> open;
-  std::span<const Vec3> lean = {};  ///< a vertex each, or none
+  std::span<const Vec3> lean = {};  ///< one per vertex, or none
 };
 
 /// Fills adjacency for `vertices` vertices. Sizes: first vertices + 1, incident 3 * triangles, open triangles.
@@ -55,38 +55,39 @@ class Surface {
   std::vector<std::uint8_t> open_;
 };
 
-/// Positions of vertices, whatever they are stored in: 3 doubles a vertex.
+/// Positions of vertices in any storage: 3 doubles a vertex.
 using Positions = std::span<const double>;
 inline Eigen::Map<const Vec3> vertex(Positions x, std::uint32_t i) {
   return Eigen::Map<const Vec3>(x.data() + 3 * std::size_t{i});
 }
 
 Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
-/// n_i: of length 1 where there is no lean.
+/// Returns n_i: of length 1 where there is no lean.
 Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept;
-/// Unit outward normal, interpolated.
+/// Returns the unit outward normal, interpolated.
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
 
-/// How often the surface goes around a point: 1 inside of a closed one, 0 outside, whatever is folded or inside out. Of an open
-/// one the share of all directions in which its back is seen, less that of its front: next to it 1/2, behind its rim 1/4 or less,
-/// and nothing from afar. Solid angles of the triangles over 4 pi (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983).
+/// Number of times that the surface encloses a point: 1 inside a closed one, 0 outside, even where it is folded or inside out.
+/// For an open one the share of all directions in which its back is visible, minus that of its front: 1/2 next to it, 1/4 or less
+/// behind its rim, and 0 from afar. Solid angles of the triangles over 4 pi (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng.
+/// 30, 1983).
 double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noexcept;
 
 struct NearestPoint {
   SurfacePoint point;
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
-  double height_m = 0;     ///< signed distance of the query, negative where it is behind the surface: normal and winding say so
-  bool at_border = false;  ///< nearest point lies on an open edge: the query is beside the surface, not above it
+  double height_m = 0;     ///< signed distance of the query, negative behind the surface by normal and winding number
+  bool at_border = false;  ///< true: nearest point on an open edge: the query is beyond the border, not above the surface
 };
-/// Whether the point lies on an edge that has one triangle only.
+/// True when the point lies on an edge with only one triangle.
 bool on_open_edge(const SurfaceView& s, const SurfacePoint& p) noexcept;
-/// Over all triangles.
+/// Returns the nearest point over all triangles.
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept;
-/// The point that `p` becomes when it slides by `slip`: the nearest to p + slip, walking outwards ring by ring.
+/// Returns the point to which `p` slides by `slip`: the nearest to p + slip, searched outwards ring by ring.
 SurfacePoint slide(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& slip) noexcept;
-/// How far `target` is beyond a surface that ends at `p`: along the plane there, which the surface goes on as. Zero where `p` is
-/// not on an open edge. Of a piece of a surface; where that ends the body does not.
+/// Returns the distance of `target` beyond a surface that ends at `p`, along the plane there, which continues the surface. Zero
+/// where `p` is not on an open edge. For a piece of a surface; the body does not end there.
 Vec3 beyond_border(const SurfaceView& s, Positions x, const SurfacePoint& p, const Vec3& target) noexcept;
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Springs and tetrahedra.
+// Terms of springs and tetrahedra.
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +24,7 @@ void take_steps(const std::vector<std::uint16_t>& numbers, int& at, const PatchT
   motion.step = take(numbers, at, head.nodes, 1);
 }
 
-/// From the middle of all.
+/// Returns positions relative to the middle of all.
 Eigen::Matrix3Xf places_of(const Eigen::Matrix3Xf& position) {
   const Eigen::Vector3f middle = 0.5F * (position.rowwise().minCoeff() + position.rowwise().maxCoeff());
   return position.colwise() - middle;
@@ -33,7 +33,7 @@ Eigen::Matrix3Xf places_of(const Eigen::Matrix3Xf& position) {
 }  // namespace
 
 void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
-  constexpr float kRestLengthMax = 65535;  // of a uint16: L in its unit
+  constexpr float kRestLengthMax = 65535;  // limit of a uint16: L in its unit
   const SampledSprings& springs = terms.springs;
   append_steps(springs.motion, head, out);
   head.unit[2] = append(springs.stiffness, out);

@@ -7,9 +7,9 @@ using namespace packed;
 
 namespace {
 
-constexpr int kHalvesOfSurface = 7, kHalvesOfVertex = 4;  // format: a length and a place, two an axis; a step and a normal
+constexpr int kHalvesOfSurface = 7, kHalvesOfVertex = 4;  // format: a length and a position, two an axis; a step and a normal
 
-/// With the surface behind the elements.
+/// Adds the surface behind the elements.
 TermsLayout with_surface(TermsLayout l, const PatchTerms& p) {
   if (p.vertices > 0) {
     l.after += kHalvesOfSurface + l.modes + kHalvesOfVertex * p.vertices;

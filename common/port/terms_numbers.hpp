@@ -1,4 +1,4 @@
-// What stands where in the numbers of terms (terms_pieces.hpp), and how each kind of terms gets in and out of them.
+// Layout of the numbers of terms (terms_pieces.hpp), and conversion of each kind of terms to and from them.
 //
 // r modes, N nodes, m springs or tetrahedra, v vertices and t triangles of a surface, n variables; words of 16 bits:
 //
@@ -18,8 +18,8 @@
 
 namespace palpate {
 
-/// How many modes there are, and products of E2. Halves come `first` and `after` the words of 16 bits that are none (`packed`);
-/// more of these are the `last`.
+/// Number of modes and of products of E2. Halves are `first` and `after`; they enclose the words of 16 bits that are none
+/// (`packed`), more of which are the `last`.
 struct TermsLayout {
   int modes, e2;
   int first, packed, after, last;
@@ -30,13 +30,13 @@ struct TermsLayout {
 
 TermsLayout layout(const PatchTerms& p);
 
-/// Of terms all of whose numbers are finite; the units of what is appended get into the head.
+/// Append terms, all of whose numbers are finite; the units of the appended numbers are stored in the head.
 void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
 void append_tetrahedra(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out);
 void append_surface(const NonlinearTerms& terms, std::vector<std::uint16_t>& out);
 
-/// From `at` on, which is behind them then. False when one is not what a spring, or a node, can be; what a tetrahedron can be;
-/// when a corner is no vertex of any surface, or a vertex moves with one that is none before it.
+/// Take terms from `at` on, which is advanced past them. Return false for an invalid spring, node or tetrahedron, for a corner
+/// that is no vertex of any surface, and for a vertex whose parent is not before it.
 bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms);
 bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms);
 bool take_surface(const std::vector<std::uint16_t>& numbers, int at, const PatchTerms& head, NonlinearTerms& terms);

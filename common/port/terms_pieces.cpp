@@ -14,9 +14,9 @@ using namespace packed;
 
 namespace {
 
-constexpr float kUnitMax = 1e6F, kStiffeningMax = 1e4F;  // of a unit, and of c: ranges of the format (docs/reference/wire.md)
+constexpr float kUnitMax = 1e6F, kStiffeningMax = 1e4F;  // unit and c: ranges of the format (docs/reference/wire.md)
 
-/// Nothing of the terms yet, the largest surface that a touch may bring.
+/// Returns a head without elements, with the largest surface that a touch may add.
 PatchTerms surface_for(const TermsBudget& budget) {
   PatchTerms whole;
   whole.variables = static_cast<std::uint8_t>(budget.variables);
@@ -39,12 +39,12 @@ bool same_whole(const PatchTerms& a, const PatchTerms& b) {
          a.stiffening == b.stiffening && a.unit == b.unit;
 }
 
-/// Of a piece; the parity is as long as the longest.
+/// Number of words in a piece; the parity is as long as the longest.
 int words_in(int piece, const TermsLayout& l) {
   return std::min(kPieceNumbers, piece < l.pieces() ? l.total() - piece * kPieceNumbers : l.total());
 }
 
-/// The one piece that is not there, by the parity. False, and nothing is changed, when it would not pass check().
+/// Restores the only missing piece from the parity. Returns false, with nothing changed, when it would not pass check().
 bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vector<std::uint16_t>& numbers) {
   const auto lost = std::find(there.begin(), there.end(), 0) - there.begin();
   assert(static_cast<std::size_t>(lost) < there.size() && numbers.size() == there.size() * kPieceNumbers);
@@ -59,13 +59,13 @@ bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vect
   return true;
 }
 
-/// What does not travel is 0.
+/// Checks a law. Parameters that are not sent are 0.
 TermsFault check(const LawParameters& law) {
   const Fibres& fibres = law.fibres;
   const std::array<double, 8> all{law.shape,           law.exponents[0],    law.exponents[1], fibres.direction[0],
                                   fibres.direction[1], fibres.direction[2], fibres.share,     fibres.exponent};
   if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) return TermsFault::not_finite;
-  constexpr double kLengthRounding = 1e-3;  // halves of a direction are right to 5e-4 of themselves
+  constexpr double kLengthRounding = 1e-3;  // halves of a direction have a relative error of 5e-4
   const auto within = [](double v, double high) { return v >= 0 && v <= high; };
   const double most_shape = law.kind == SolidLaw::mooney_rivlin || law.kind == SolidLaw::ogden ? kMaxSecondShare
                             : law.kind == SolidLaw::veronda_westmann                           ? kMaxExponent
@@ -128,7 +128,7 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
   if ((whole.springs > 0) == (whole.tetrahedra > 0)) return {};
   const TermsLayout l = layout(whole);
-  // Those whose bits are not all looked at by check().
+  // those whose bits check() does not inspect completely
   if (!terms.springs.position.allFinite() || !terms.springs.rest_length.allFinite() ||
       (terms.springs.stiffening > 0 && terms.springs.steep.size() != whole.springs) || !terms.solid.position.allFinite() ||
       !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
@@ -165,7 +165,7 @@ bool TermsAssembly::take(const PatchTerms& piece) {
     any_ = true;
     head_ = piece;
     missing_ = piece.pieces;
-    there_.assign(piece.pieces + std::size_t{1}, 0);  // the parity behind the pieces, as are its words
+    there_.assign(piece.pieces + std::size_t{1}, 0);  // the parity and its words come after the pieces
     numbers_.assign(there_.size() * kPieceNumbers, 0);
   }
   if (missing_ == 0 || !same_whole(piece, head_) || there_[piece.piece]) return false;

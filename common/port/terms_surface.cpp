@@ -1,4 +1,4 @@
-// The surface that a touch brings.
+// Terms of the added surface of a touch.
 #include <algorithm>
 #include <cassert>
 
@@ -23,7 +23,7 @@ Eigen::Matrix3Xd positions_of(const std::vector<PortVertex>& vertices) {
   return x;
 }
 
-/// 3 rows a vertex.
+/// Returns the port rows, 3 rows a vertex.
 Eigen::MatrixXf rows_of(const std::vector<PortVertex>& vertices, int modes) {
   Eigen::MatrixXf rows(3 * vertices.size(), modes);
   for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -51,7 +51,7 @@ void append_surface(const NonlinearTerms& terms, std::vector<std::uint16_t>& out
     const Eigen::Matrix3Xd x = positions_of(terms.vertices);
     const Vec3 low = x.rowwise().minCoeff(), high = x.rowwise().maxCoeff();
     constexpr double kLeastUnitM = 0x1p-24;                          // the least half above 0
-    const double reach = (high - low).maxCoeff() / 2 + kPlaceUnitM;  // of what may be rounded away from the middle
+    const double reach = (high - low).maxCoeff() / 2 + kPlaceUnitM;  // allows for the rounding of the middle
     const double unit = add(std::max<double>(power_of_two_above(static_cast<float>(reach) / kPlaceMax), kLeastUnitM));
     Vec3 middle;
     for (int axis = 0; axis < 3; ++axis) {

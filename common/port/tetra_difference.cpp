@@ -9,19 +9,19 @@ namespace {
 
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-/// c q q^T, q row by row as a vector.
+/// Adds c q q^T, q row by row as a vector.
 void add_product(double c, const Eigen::Matrix3d& q, Matrix9& a) {
   const Eigen::Matrix3d across = q.transpose();
   const Eigen::Map<const Eigen::Matrix<double, 9, 1>> row(across.data());
   a += c * row * row.transpose();
 }
 
-/// dF M
+/// Adds dF M.
 void add_matrix(const Eigen::Matrix3d& m, Matrix9& a) {
   for (int r = 0; r < 3; ++r) a.block<3, 3>(3 * r, 3 * r) += m;
 }
 
-/// kappa X(F)[dF]: the derivative of each cofactor.
+/// Adds kappa X(F)[dF]: the derivative of each cofactor.
 void add_cofactors(double kappa, const Eigen::Matrix3d& f, Matrix9& a) {
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) {

@@ -1,7 +1,7 @@
-// Matrices in single precision side by side, one in every lane of a vector register: of tetrahedra in the player.
+// Matrices in single precision, one in every lane of a vector register: for tetrahedra in the player.
 //
-// Of 3x3 matrices A, B: a[3 i + j][l] is A_ij of lane l. inner: A : B = sum_ij A_ij B_ij; sum: A + B; transposed_product: A^T B,
-// in every lane by itself. Eight wide whatever the machine.
+// For 3x3 matrices A, B: a[3 i + j][l] is A_ij of lane l. inner: A : B = sum_ij A_ij B_ij; sum: A + B; transposed_product: A^T B,
+// each lane by itself. Eight wide on every machine.
 #pragma once
 
 #include <Eigen/Core>

@@ -11,15 +11,16 @@ namespace {
 
 constexpr std::size_t kMaxText = 1u << 24;
 
-constexpr std::size_t kOffsetBytes = 4, kTableBytes = 2 * kOffsetBytes;  // at least: where it is, and where its layout is
+constexpr std::size_t kOffsetBytes = 4, kTableBytes = 2 * kOffsetBytes;  // least size: its offset, and that of its layout
 
-/// No writer stores a thing once and names it many times, but FlatBuffers allow it: a part of megabytes could say gigabytes. So
-/// everything that is read out of a part is counted, and is no more than the part has bytes.
+/// Limits the decoded size: FlatBuffers allow a thing to be stored once and referenced many times, so that a part of megabytes
+/// could decode to gigabytes, although no writer does this. Everything read from a part is counted, and must not exceed the size
+/// of the part.
 class PartSense : public Sense {
  public:
   explicit PartSense(std::span<const std::byte> part) : left_(part.size()) {}
 
-  /// False, and the part is refused, where so many things of this size are more than is left.
+  /// Returns false, and refuses the part, when this many items of this size exceed the rest.
   bool take(std::size_t count, std::size_t bytes_each) {
     const bool there = ok() && count <= left_ / bytes_each;
     that(there);
@@ -40,7 +41,7 @@ class PartSense : public Sense {
   std::size_t left_;
 };
 
-/// A part, verified. The verifier and the accessors want its numbers aligned, so it is copied.
+/// A part, verified. The verifier and the accessors need aligned numbers, so it is copied.
 class Verified {
  public:
   explicit Verified(std::span<const std::byte> part) : bytes_(part.begin(), part.end()) {
@@ -58,11 +59,11 @@ class Verified {
   const record::Part* part_ = nullptr;
 };
 
-/// Every item of a vector that may be missing: structs lie in it, tables elsewhere.
+/// Visits every item of a vector that may be missing: structs lie in it, tables elsewhere.
 template <class Item, class Take>
 void each(const flatbuffers::Vector<const Item*>* vector, PartSense& sense, Take take) {
   if (!vector || !sense.take(vector->size(), sizeof(Item))) return;
-  // The verifier sees to the alignment of the length alone.
+  // The verifier checks only the alignment of the length.
   sense.that(reinterpret_cast<std::uintptr_t>(vector->Data()) % alignof(Item) == 0);
   if (!sense.ok()) return;
   for (const Item* item : *vector) take(*item);
@@ -73,7 +74,7 @@ void each(const flatbuffers::Vector<flatbuffers::Offset<Item>>* vector, PartSens
   for (const Item* item : *vector) take(*item);
 }
 
-/// JSON has lines.
+/// Returns true for UTF-8. JSON has several lines, so line ends are allowed.
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = character_bytes(text);
@@ -114,7 +115,7 @@ Micros time_of(std::int64_t t, Sense& sense) {
   return sense.ok() ? Micros{t} : Micros{};
 }
 
-/// A sheet has no triangles, a station's recording no surface at all; FlatBuffers leave out what is empty.
+/// Decodes a surface. A sheet has no triangles, a station's recording no surface at all; FlatBuffers omit empty fields.
 bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& sense) {
   surface.body_vertices = table.body_vertices();
   surface.mesh_hash = table.mesh_hash();
@@ -212,7 +213,7 @@ RecordedCheckpoint checkpoint_of(const record::Checkpoint& table, Micros base, P
   return checkpoint;
 }
 
-/// What happened at the server.
+/// Decodes the lists of a room's recording.
 bool decode_room(const record::Block& table, Micros base, std::size_t vertices, RecordedBlock& block, PartSense& sense) {
   each(table.paths(), sense, [&](const record::Path& path) {
     RecordedPath& ours = block.paths.emplace_back();
@@ -237,7 +238,7 @@ bool decode_room(const record::Block& table, Micros base, std::size_t vertices, 
   return whole;
 }
 
-/// What happened at the client.
+/// Decodes the lists of a station's recording.
 void decode_station(const record::Block& table, Micros base, RecordedBlock& block, PartSense& sense) {
   each(table.ticks(), sense, [&](const record::Tick& t) { block.ticks.push_back(tick_of(t, base, sense)); });
   each(table.hand_overs(), sense, [&](const record::HandOver& h) {

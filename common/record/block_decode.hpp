@@ -1,4 +1,4 @@
-// From the FlatBuffer of a part to plain structs, every number checked.
+// Decodes the FlatBuffer of a part into plain structs, with every number checked.
 #pragma once
 
 #include <optional>
@@ -8,9 +8,9 @@
 
 namespace palpate {
 
-/// Nothing when it is none, or holds what no writer writes. `part` begins with its size.
+/// Return nothing for an invalid part. `part` begins with its size.
 std::optional<RecordingHead> decode_head(std::span<const std::byte> part);
-/// `vertices`: recorded ones, as the head says.
+/// `vertices`: number of recorded ones, from the head.
 std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::size_t vertices);
 
 struct RecordingIndex {

@@ -21,9 +21,9 @@ namespace palpate::layout {
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr char kMagic[] = "PALPREC\n", kPartMark[] = "PART", kEnd[] = "PALPEND\n";
 inline constexpr std::size_t kMagicBytes = 8, kPreambleBytes = 16, kFrameBytes = 24, kTrailerBytes = 16, kPrefixBytes = 4;
-inline constexpr char kIdentifier[] = "PLPR";  ///< of the FlatBuffer in a part, so far into it
+inline constexpr char kIdentifier[] = "PLPR";  ///< identifier of the FlatBuffer in a part, at kIdentifierAt
 inline constexpr std::size_t kIdentifierAt = kFrameBytes + 2 * kPrefixBytes;
-inline constexpr std::size_t kMaxPartBytes = 1u << 28;  ///< a larger one is damage, not data
+inline constexpr std::size_t kMaxPartBytes = 1u << 28;  ///< a larger part is corrupt
 
 std::uint32_t crc32_of(std::span<const std::byte> bytes);
 
@@ -32,16 +32,16 @@ void append_preamble(std::vector<std::byte>& file);
 void append_part(std::vector<std::byte>& file, Micros first, Micros last, std::span<const std::byte> part);
 void append_trailer(std::vector<std::byte>& file, std::uint64_t index_offset);
 
-/// A part that lies whole in the file and whose checksum holds.
+/// A part that is completely in the file, with a valid checksum.
 struct PartView {
   Micros first{}, last{};
-  std::span<const std::byte> part;  ///< with its size in front
-  std::size_t end = 0;              ///< offset of the next one
-  const char* fault = nullptr;      ///< why there is none; nullptr when there is
+  std::span<const std::byte> part;  ///< begins with its size
+  std::size_t end = 0;              ///< offset of the next part
+  const char* fault = nullptr;      ///< reason for which there is no part; nullptr when there is one
 };
 PartView part_at(std::span<const std::byte> file, std::size_t offset);
 
-/// Offset of the index from the trailer; 0 when there is no trailer.
+/// Returns the offset of the index from the trailer; 0 without a trailer.
 std::uint64_t index_offset(std::span<const std::byte> file);
 
 }  // namespace palpate::layout

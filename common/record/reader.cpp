@@ -35,7 +35,7 @@ void check_preamble(std::span<const std::byte> bytes, const std::string& name) {
   if (reserved != 0) throw InputError(name, "its first bytes are damaged", kExpected);
 }
 
-/// The last item that happened at or before t; nullptr when none did.
+/// Returns the last item at or before t; nullptr when there is none.
 template <class Items>
 const typename Items::value_type* last_at(const Items& items, Micros t) {
   const typename Items::value_type* last = nullptr;
@@ -44,7 +44,7 @@ const typename Items::value_type* last_at(const Items& items, Micros t) {
   return last;
 }
 
-/// How the tool is held and its buttons, as the block says.
+/// Sets orientation and buttons of the tool from the block.
 void add_hold(const RecordedBlock& block, Micros t, RecordedTool& tool) {
   for (const RecordedTurn& turn : block.turns)
     if (turn.station == tool.station && turn.t <= t) tool.orientation = turn.orientation;
@@ -79,7 +79,7 @@ RecordingReader::RecordingReader(std::span<const std::byte> bytes, const std::st
   }
 }
 
-/// False when there is none, or one that does not fit the file: then the parts themselves tell.
+/// Reads the index. Returns false when there is none, or one that does not fit the file: then the parts themselves are scanned.
 bool RecordingReader::take_index() {
   const std::uint64_t offset = layout::index_offset(bytes_);
   if (offset < first_block_ || offset >= bytes_.size()) return false;
@@ -115,7 +115,7 @@ void RecordingReader::scan() {
       continue;
     }
     if (const auto index = fault ? std::nullopt : decode_index(view.part)) {
-      stations_.clear();  // the index knows also those who joined in a block that is lost
+      stations_.clear();  // the index also lists joins in lost blocks
       note_joins(index->joins);
       if (damaged_.empty()) note_damage(offset, bytes_.size(), "its end is damaged");
       return;
@@ -127,14 +127,14 @@ void RecordingReader::scan() {
   if (damaged_.empty() || damaged_.back().end < bytes_.size()) note_damage(offset, offset, "it was not ended");
 }
 
-/// One whose checksum does not hold counts as searched.
+/// Reads a part; one with a wrong checksum counts as searched.
 layout::PartView RecordingReader::part_at(std::uint64_t offset) {
   const layout::PartView view = layout::part_at(bytes_, offset);
   if (view.fault && view.end > offset && view.end <= bytes_.size()) searched_ += view.end - offset;
   return view;
 }
 
-/// The first one from there on that holds; the end of the file when there is none.
+/// Returns the first valid part from there on; the end of the file when there is none.
 std::uint64_t RecordingReader::next_part(std::uint64_t from) {
   const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
   for (std::size_t at = text.find(layout::kPartMark, from); at != std::string_view::npos;
@@ -146,7 +146,7 @@ std::uint64_t RecordingReader::next_part(std::uint64_t from) {
   return bytes_.size();
 }
 
-/// At the end of the file there is no end to say.
+/// Notes damaged bytes. At the end of the file the message has no end.
 void RecordingReader::note_damage(std::uint64_t begin, std::uint64_t end, const char* why) {
   damaged_.push_back({begin, end, why});
   damage_ += damage_.empty() ? "" : "; ";
@@ -166,7 +166,7 @@ std::string RecordingReader::name_of(StationId id) const {
 }
 
 std::optional<RecordedBlock> RecordingReader::read(std::size_t k) const {
-  // A block that reaches into the next is damaged: an index of blocks within blocks would make a small file a long one.
+  // A block that reaches into the next is damaged: nested blocks in an index would make a small file decode to a long recording.
   const std::size_t end = k + 1 < blocks_.size() ? blocks_[k + 1].offset : bytes_.size();
   const layout::PartView view = layout::part_at(bytes_.first(end), blocks_[k].offset);
   if (view.fault) return std::nullopt;
@@ -176,7 +176,7 @@ std::optional<RecordedBlock> RecordingReader::read(std::size_t k) const {
 RecordingLoss loss_of(const RecordingReader& recording) {
   RecordingLoss loss;
   bool lost = false;
-  std::optional<Micros> seen;  // last moment that can be read
+  std::optional<Micros> seen;  // last readable moment
   const auto close = [&](Micros until) {
     loss.places += lost;
     if (lost && seen) loss.time += std::max(Micros{}, until - *seen);

@@ -1,15 +1,15 @@
-// Reads a recording: what it is of, blocks by time, shapes and tools at a time.
+// Reads a recording: its head, blocks by time, shapes and tools at a time.
 //
 //     const MappedFile file(path);                          // common/io/mapped_file.hpp
 //     const RecordingReader recording(file.bytes(), path);
 //     for (std::size_t k = 0; k < recording.blocks().size(); ++k)
 //       if (const auto block = recording.read(k)) ...       // nothing: this block is damaged
 //
-// A recording that was ended well has an index and opens at once. One that was not (a crash, a full disk, still being written),
-// or from whose middle bytes are missing, is gone through block by block. Where bytes do not hold the next part is looked for
-// whose mark, identifier and checksum do, at any byte, and the reading goes on there; damaged() says what lies between. Bytes are
-// trusted for nothing: checksums first, then the FlatBuffers verifier, then ranges. The search checks no more than kMostSearched
-// times the size of the file, whatever the file says.
+// A recording that was completed has an index and opens at once. One that was not (a crash, a full disk, still being written), or
+// with bytes missing in the middle, is scanned block by block. After corrupt bytes the reader searches, at any byte, for the next
+// part with a valid mark, identifier and checksum, and continues there; damaged() returns the bytes in between. No byte is
+// trusted: checksums first, then the FlatBuffers verifier, then ranges. The search checks no more than kMostSearched times the
+// size of the file, whatever the file contains.
 #pragma once
 
 #include <cstddef>
@@ -25,13 +25,13 @@
 
 namespace palpate {
 
-/// Where a block lies, and what time it covers: the earliest and latest `t` in it.
+/// Position of a block and the time that it covers: the earliest and latest `t` in it.
 struct BlockPlace {
-  std::uint64_t offset = 0;  ///< of its first byte in the file
+  std::uint64_t offset = 0;  ///< offset of its first byte in the file
   Micros first{}, last{};
 };
 
-/// Bytes that hold nothing that can be read.
+/// A range of unreadable bytes.
 struct DamagedBytes {
   std::uint64_t begin = 0, end = 0;
   std::string why;
@@ -54,8 +54,8 @@ struct RecordedTool {
   std::uint32_t buttons = 0;
 };
 
-/// Of a file that was cut within its head, as by a disk that was full, or has nothing but zeros, as after a machine that stopped
-/// while it began: nothing was ever in it.
+/// Thrown for a file that was truncated within its head, as by a full disk, or contains nothing but zeros, as after a crash at
+/// its beginning: it never had any contents.
 class CutRecording final : public InputError {
  public:
   using InputError::InputError;
@@ -63,37 +63,37 @@ class CutRecording final : public InputError {
 
 class RecordingReader {
  public:
-  /// `bytes` outlive the reader; `name` stands for the file in errors. Throws InputError when they are no recording, one of
+  /// `bytes` outlive the reader; `name` stands for the file in errors. Throws InputError for bytes that are no recording, one of
   /// another version, or damaged before the end of the head, CutRecording when they end there.
   RecordingReader(std::span<const std::byte> bytes, const std::string& name);
 
   const RecordingHead& head() const { return head_; }
-  /// Of everything that is there. Both 0 when there is nothing.
+  /// Range of all contents. Both 0 when there are none.
   Micros begin() const { return begin_; }
   Micros end() const { return end_; }
-  /// Ended well, and gone on from beginning to end as it was written, as far as its index tells: blocks may be damaged (read()).
+  /// True for a recording that was completed and is contiguous according to its index: blocks may be damaged (read()).
   bool complete() const { return complete_; }
-  /// Why it is not, in words for a person, with the bytes; empty when it is complete.
+  /// Reason for which it is incomplete, in words for a person, with the bytes; empty when it is complete.
   const std::string& damage() const { return damage_; }
-  /// What was found damaged when the file was opened, ascending. Of a complete recording nothing.
+  /// Ranges found damaged when the file was opened, ascending. Empty for a complete recording.
   const std::vector<DamagedBytes>& damaged() const { return damaged_; }
-  /// Who joined, in that order, each time anew: a station that came back has another id and the same name.
+  /// All joins, in order: a station that came back has another id and the same name.
   const std::vector<RecordedStation>& stations() const { return stations_; }
-  /// The name of a station; "station 7" for an id that never joined.
+  /// Returns the name of a station; "station 7" for an id that never joined.
   std::string name_of(StationId id) const;
 
   const std::vector<BlockPlace>& blocks() const { return blocks_; }
-  /// Nothing when the block is damaged.
+  /// Returns nothing when the block is damaged.
   std::optional<RecordedBlock> read(std::size_t k) const;
-  /// The last block that begins at or before t; the first one for an earlier t. Not for a recording without blocks.
+  /// Index of the last block that begins at or before t; the first one for an earlier t. Not for a recording without blocks.
   std::size_t block_at(Micros t) const;
 
-  // For pictures: what was last known at t. They keep the block read last, so going through time in order costs each block once.
-  /// Nothing before the first shape.
+  // For pictures: the last known state at t. These keep the block read last, so playing in order costs each block once.
+  /// Returns nothing before the first shape.
   std::optional<RecordedShape> shape_at(Micros t);
-  /// When the first shape after t was recorded.
+  /// Returns the time of the first shape after t.
   std::optional<Micros> next_shape(Micros t);
-  /// Tools of the room at its last frame, or the hand of a station's recording at its last tick.
+  /// Returns the tools of the room at its last frame, or the hand of a station's recording at its last tick.
   std::vector<RecordedTool> tools_at(Micros t);
 
  private:
@@ -116,18 +116,18 @@ class RecordingReader {
   bool complete_ = false;
   std::string damage_;
   std::vector<DamagedBytes> damaged_;
-  std::size_t searched_ = 0;  ///< bytes whose checksum did not hold
+  std::size_t searched_ = 0;  ///< bytes with a wrong checksum
   std::vector<BlockPlace> blocks_;
   std::vector<RecordedStation> stations_;
   std::size_t cached_at_ = SIZE_MAX;
   std::optional<RecordedBlock> cached_;
 };
 
-/// What of the time of a recording is missing. Of damage before the first block that can be read, and behind the last one where
-/// no index tells, nobody knows how long it lasted: it counts as a place of no time.
+/// Missing time of a recording. The duration of damage before the first readable block, and behind the last one without an index,
+/// is unknown: it counts as a place with zero time.
 struct RecordingLoss {
-  std::size_t places = 0;  ///< in the file where blocks are damaged or missing, what lies side by side as one
-  Micros time{};           ///< in all, from the last moment before each to the first behind it
+  std::size_t places = 0;  ///< places in the file where blocks are damaged or missing; adjacent ones count as one
+  Micros time{};           ///< total, from the last moment before each place to the first behind it
 };
 /// Reads every block.
 RecordingLoss loss_of(const RecordingReader& recording);

@@ -1,8 +1,8 @@
-// What a recording of a session says, as plain structs. docs/reference/recording.md states the file.
+// The contents of a recording, as plain structs. docs/reference/recording.md describes the file.
 //
-// There are two kinds. A room's is made at the server, in the server's clock: the samples that the body was driven with, the
-// frames, what every tool met in them, links and shapes. A station's is made at the client, in the client's clock: every haptic
-// tick and every patch as it came. SI units, frame W; forces act on the tool.
+// There are two kinds. A room's is made at the server, in the server's clock: the input samples of the body, the frames, the
+// contacts of every tool, links and shapes. A station's is made at the client, in the client's clock: every haptic tick and every
+// patch as received. SI units, frame W; forces act on the tool.
 #pragma once
 
 #include <cstddef>
@@ -18,42 +18,42 @@ namespace palpate {
 
 enum class RecordingKind : std::uint8_t { room, station };
 
-/// Which of a body's vertices are recorded: those of its triangles; all of a body without triangles.
+/// The recorded vertices of a body: those of its triangles; all of a body without triangles.
 struct RecordedSurface {
   std::uint32_t body_vertices = 0;
   std::uint64_t mesh_hash = 0;       ///< as in Welcome
   std::vector<std::uint32_t> nodes;  ///< indices of the recorded vertices in the body, ascending
-  std::vector<Vec3> rest;            ///< of these, settled under gravity or not: as the scene makes them
+  std::vector<Vec3> rest;            ///< rest positions of these from the scene, before gravity
   std::vector<Triangle> triangles;   ///< indices into `nodes`
-  std::vector<std::uint32_t> fixed;  ///< which of `nodes` are held fast, ascending
+  std::vector<std::uint32_t> fixed;  ///< indices of fixed ones in `nodes`, ascending
 };
 
 struct RecordingHead {
   RecordingKind kind = RecordingKind::room;
-  std::string program;                ///< and its version
-  std::string name;                   ///< of the room or station
+  std::string program;                ///< program and version
+  std::string name;                   ///< name of the room or station
   Micros unix_time{}, clock_time{};   ///< one moment: microseconds since 1970 (UTC), and in the recording's clock
-  double rate_hz = 0, shapes_hz = 0;  ///< frames or ticks, shapes a second as asked for
-  std::string scene;                  ///< JSON with all defaults; a station does not know it
+  double rate_hz = 0, shapes_hz = 0;  ///< frames or ticks, shapes a second as requested
+  std::string scene;                  ///< JSON with all defaults; empty in a station's recording
   std::string scene_file;             ///< paths inside the scene are relative to it
-  RecordedSurface surface;            ///< of a room's recording
+  RecordedSurface surface;            ///< only in a room's recording
 };
 
-/// The samples of a tool that a frame was given, at the resolution at which they came, each once.
+/// The samples of a tool that were passed to a frame, at their original resolution, each once.
 struct RecordedPath {
   StationId station = 0;
   std::vector<ToolSample> samples;
 };
 
 struct RecordedFrame {
-  Micros t{};                 ///< body time that it reached
+  Micros t{};                 ///< body time at its end
   Micros took{}, behind{};    ///< computing time; age of the body's state when it was ready
-  std::uint32_t skipped = 0;  ///< frames left out since the last one for lack of time
+  std::uint32_t skipped = 0;  ///< frames skipped since the last one for lack of time
   int steps = 0, cut_steps = 0, newton_iterations = 0;
   bool failed = false;
 };
 
-/// A tool at the end of a frame, and the patch that was made for it.
+/// A tool at the end of a frame, and its patch.
 struct RecordedTouch {
   Micros t{};
   StationId station = 0;
@@ -61,41 +61,41 @@ struct RecordedTouch {
   bool contact = false, has_patch = false;
   Scheme scheme = Scheme::hold;
   int states = 0;
-  std::uint32_t bytes = 0;  ///< of its datagrams, with its terms
-  Micros horizon{};         ///< age that it was made to reach
+  std::uint32_t bytes = 0;  ///< size of its datagrams, with its terms
+  Micros horizon{};         ///< its prediction horizon
 };
 
 struct RecordedShape {
   Micros t{};
-  std::vector<Vec3> positions;  ///< of the recorded vertices
+  std::vector<Vec3> positions;  ///< positions of the recorded vertices
 };
 
 enum class RecordedEventKind : std::uint8_t {
-  joined,    ///< a room: this station came; a station: the server let it in
+  joined,    ///< a room: this station joined; a station: the server admitted it
   left,      ///< said goodbye
-  silent,    ///< was not heard for too long
-  refused,   ///< `text` says why
+  silent,    ///< was silent for too long
+  refused,   ///< `text` has the reason
   motion,    ///< the motion of a replayed or simulated hand starts
   overrun,   ///< the server cannot keep its frame rate; `text` has the figures
-  kept_up,   ///< it keeps up again
-  left_out,  ///< something could not be recorded; `text` says what
-  reset,     ///< this station had the body put back to rest
+  kept_up,   ///< the server keeps its frame rate again
+  left_out,  ///< something could not be recorded; `text` names it
+  reset,     ///< this station reset the body to rest
 };
 inline constexpr std::size_t kRecordedEventKinds = 9;
 const char* name_of(RecordedEventKind kind);
 
-enum class RecordedRole : std::uint8_t { hand, viewer, shadow };  ///< a shadow feels with the tool of another hand
+enum class RecordedRole : std::uint8_t { hand, viewer, shadow };  ///< a shadow uses the tool of another hand
 
 struct RecordedEvent {
   Micros t{};
   RecordedEventKind kind = RecordedEventKind::joined;
-  StationId station = 0;  ///< 0: nobody's
+  StationId station = 0;  ///< 0: no station
   RecordedRole role = RecordedRole::hand;
   Scheme scheme = Scheme::port;
   std::string name, text;  ///< the station's name
 };
 
-/// How the link does, four times a second.
+/// State of the link, four times a second.
 struct RecordedLink {
   Micros t{};
   StationId station = 0;
@@ -107,55 +107,55 @@ struct RecordedLink {
 struct RecordedTick {
   Micros t{};
   Vec3 position = Vec3::Zero();
-  Vec3 model_force = Vec3::Zero();  ///< what the patch gives, before the guard
-  Vec3 force = Vec3::Zero();        ///< what the device was told
+  Vec3 model_force = Vec3::Zero();  ///< force of the patch, before the guard
+  Vec3 force = Vec3::Zero();        ///< force written to the device
   Micros patch_age{};
   bool has_patch = false, contact = false;
-  bool broken = false;  ///< a number was not finite, or outside of the world: it is recorded as 0
+  bool broken = false;  ///< true: a number was not finite, or outside the world: it is recorded as 0
 };
 
 struct RecordedHandOver {
   Micros t{}, stamp{};  ///< tick of the swap; stamp of the patch that took over
-  double step_n = 0;    ///< before the cross-fade
+  double step_n = 0;    ///< force step before the cross-fade
 };
 
-/// How a tool is held from then on, until the next.
+/// Orientation of a tool from then on, until the next.
 struct RecordedTurn {
   Micros t{};
   StationId station = 0;
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length (common/base/tool_pose.hpp)
 };
 
-/// Which buttons of a tool are pressed from then on, until the next; none before the first.
+/// Buttons of a tool that are pressed from then on, until the next; none before the first.
 struct RecordedButtons {
   Micros t{};
   StationId station = 0;
   std::uint32_t pressed = 0;  ///< bit n: button n
 };
 
-/// A datagram with a patch or its terms, as it came.
+/// A datagram with a patch or its terms, as received.
 struct RecordedPacket {
   Micros t{};
   std::vector<std::byte> bytes;
 };
 
-/// The tool of a station that was on the body.
+/// Position of the tool of a station that was on the body.
 struct RecordedHold {
   std::string station;
   Vec3 tool = Vec3::Zero();
 };
 
-/// The whole body at a moment: from here it can be taken up again.
+/// State of the whole body at a moment, from which a simulation can continue.
 struct RecordedCheckpoint {
   Micros t{};                               ///< body time
-  std::vector<Vec3> positions, velocities;  ///< of all vertices, those inside as well [m], [m/s]
+  std::vector<Vec3> positions, velocities;  ///< all vertices, including inner ones [m], [m/s]
   std::vector<RecordedHold> holds;
-  /// Of a solid whose stress fades: the relaxed stress of each element, branch after branch (server/body/relaxation.hpp); right
-  /// to 1.5e-5 of the largest number of each.
+  /// For a solid whose stress relaxes: the relaxed stress of each element, branch after branch (server/body/relaxation.hpp);
+  /// accurate to 1.5e-5 of the largest number of each.
   Eigen::MatrixXf relaxed = {};
 };
 
-/// Half a second or so of everything, each list in the order in which it happened.
+/// All contents of about half a second, each list in order of time.
 struct RecordedBlock {
   std::vector<RecordedPath> paths;
   std::vector<RecordedFrame> frames;

@@ -15,9 +15,9 @@ namespace palpate {
 namespace {
 
 constexpr int kSteps = 65535;
-constexpr std::size_t kMostJoins = 4096;  // that the index repeats; all are in the blocks
+constexpr std::size_t kMostJoins = 4096;  // limit in the index; the blocks have all
 
-/// A number that cannot be carried counts as 0.
+/// Converts a position; a number that cannot be encoded counts as 0.
 wire::Point point_of(const Vec3& position, bool* broken = nullptr) {
   pack::Packer packer;
   const wire::Point point = packer.point(position);
@@ -112,9 +112,9 @@ struct RecordingWriter::State {
   record::IndexT index;
   bool empty = true, opened = false;
   Micros base{}, first{}, last{}, opened_at{};
-  std::size_t gathered = 0;                    ///< bytes in the block, about
-  const record::ShapeT* last_shape = nullptr;  ///< of the block
-  std::map<StationId, wire::Turn> turned;      ///< last, of stations that are here
+  std::size_t gathered = 0;                    ///< approximate number of bytes in the block
+  const record::ShapeT* last_shape = nullptr;  ///< last shape of the block
+  std::map<StationId, wire::Turn> turned;      ///< last one of each station that is present
   std::map<StationId, std::uint32_t> pressed;
 
   std::size_t size() const { return taken + waiting.size(); }
@@ -128,14 +128,14 @@ struct RecordingWriter::State {
     layout::append_part(waiting, first, last, std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize())));
   }
 
-  /// Microseconds of t after the block's base.
+  /// Returns microseconds of t after the block's base.
   std::int32_t since_base(Micros t) {
     first = std::min(first, t);
     last = std::max(last, t);
     return clamped<std::int32_t>((t - base).count());
   }
 
-  /// The same of the next item, of so many bytes about, which may begin a new block.
+  /// The same for the next item, of about that many bytes, which may begin a new block.
   std::int32_t at(Micros t, std::size_t bytes) {
     constexpr Micros kFar{1'000'000'000};
     if (!empty && (std::chrono::abs(t - base) > kFar || gathered >= kBlockBytes)) close();

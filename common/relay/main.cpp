@@ -1,4 +1,4 @@
-// palpate-relay: a bad link on one machine, for stress tests with real programs.
+// palpate-relay: simulates a bad link on one machine, for stress tests with real programs.
 #include <fmt/format.h>
 
 #include <asio/signal_set.hpp>

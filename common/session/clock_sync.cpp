@@ -93,7 +93,7 @@ void ClockSync::measure(const ClockStamps& peer, Micros now) {
   rtt_.min = from_micros(towards_us_.at(now, -drift_) + towards_peer_.at(now, drift_));
 }
 
-/// An exchange there and back, all of it since the last step.
+/// Returns true for an exchange in both directions that is completely after the last step.
 bool ClockSync::is_whole(const ClockStamps& peer) const {
   return (peer.echo != Micros{} || peer.echo_hold != Micros{}) && peer.echo >= echoes_from_;
 }
@@ -134,13 +134,13 @@ void ClockSync::slew(Micros now) {
   const double elapsed_us = std::max(0.0, micros(now - slewed_at_));
   const double share = std::min(1.0, elapsed_us / micros(kSlewTime));
   const double most = kSlewMax * elapsed_us;
-  // The known drift is followed at once; only what is left is slewed.
+  // The known drift is followed at once; only the remainder is slewed.
   offset_us_ += std::clamp((theta - offset_us_) * share + drift_ * elapsed_us, -most, most);
   slewed_at_ = now;
 }
 
 void ClockSync::watch_drift(Micros now) {
-  // While the window fills, theta lags behind by a growing share of it, which would look like drift.
+  // While the window fills, theta lags by a growing part of it, which would look like drift.
   if (now - filling_since_ < WindowedMinimum::kWindow || now - watched_at_ < kWatchEvery) return;
   watched_at_ = now;
   seen_.push_back({seconds(now), (towards_peer_.at(now, 0) - towards_us_.at(now, 0)) / 2});

@@ -1,6 +1,6 @@
-// How one direction of a session loses datagrams now: how many of the newest kWindow numbers are missing, and the longest run.
+// Current losses of one direction of a session: the number of missing ones among the newest kWindow numbers, and the longest run.
 //
-// The newest kGrace numbers are not judged: they may still come, out of order.
+// The newest kGrace numbers are not judged: they may still arrive out of order.
 #pragma once
 
 #include <bitset>
@@ -14,16 +14,16 @@ class LossMeter {
  public:
   static constexpr int kWindow = 1024, kGrace = 16;
 
-  /// A datagram with this number arrived. Duplicates and order do not matter; numbers may wrap around.
+  /// Notes that a datagram with this number arrived. Duplicates and order do not matter; numbers may wrap around.
   void take(std::uint32_t seq);
-  /// Fills in what is known of the losses; the rest of the report is left alone.
+  /// Fills in the known losses; the rest of the report is unchanged.
   void fill(LinkReport& report) const;
   void reset() { *this = LossMeter{}; }
 
  private:
-  std::bitset<kWindow> seen_;  ///< bit k: number newest_ - k came
+  std::bitset<kWindow> seen_;  ///< bit k: number newest_ - k arrived
   std::uint32_t newest_ = 0;
-  int known_ = 0;  ///< numbers between the first that came and the newest, kWindow at most
+  int known_ = 0;  ///< numbers between the first one received and the newest, kWindow at most
 };
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
-// Asking a server to put its body back to rest, until it has.
+// A client's request for a reset of the server's body, repeated until it is done.
 //
-// A server counts its resets and says the count in its beats. Who wants one says which count it knows; the server resets when
-// that is its own, and counts on. So a request that is repeated because the first was lost, or because the beat that answers it
-// was, resets once; and so do two that were made at the same time.
+// A server counts its resets and sends the count in its beats. A request carries the count that the client knows; the server
+// resets when that equals its own, and increments it. So a request that is repeated, because it or the beat that answers it was
+// lost, resets once; and so do two requests made at the same time.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,14 @@ class ResetRequest {
 
   void ask() { asked_ = true; }
   bool pending() const { return asked_; }
-  /// The server's count, as it says. One that has changed tells that the body was reset.
+  /// Processes the count in a beat. A changed count means that the body was reset.
   void hear(std::uint16_t resets) {
     if (resets_ && *resets_ != resets) asked_ = false;
     resets_ = resets;
   }
-  /// Another server, or another life of it: its count is not known yet.
+  /// Forgets the count: another server, or a restarted one.
   void forget() { resets_.reset(); }
-  /// The count to send now, if it is time to.
+  /// Returns the count to send now, if a request is due.
   std::optional<std::uint16_t> due(Micros now) {
     if (!asked_ || !resets_ || now < next_) return std::nullopt;
     next_ = now + kEvery;

@@ -19,7 +19,7 @@ bool SeqTracker::take(std::uint32_t seq) {
   return step > 0;
 }
 
-/// False for a duplicate. One that is older than the window is believed to be late.
+/// Returns false for a duplicate. A number older than the window counts as late.
 bool SeqTracker::take_late(std::uint32_t age) {
   if (age < 64) {
     const auto bit = std::uint64_t{1} << age;

@@ -6,15 +6,15 @@
 namespace palpate {
 
 struct SeqCounts {
-  std::uint64_t received = 0;    ///< datagrams, duplicates not counted
-  std::uint64_t lost = 0;        ///< missing between the first and the highest; goes down again when one comes late
-  std::uint64_t late = 0;        ///< came after a younger one
-  std::uint64_t duplicates = 0;  ///< came before; known for the last 64 numbers
+  std::uint64_t received = 0;    ///< datagrams without duplicates
+  std::uint64_t lost = 0;        ///< missing between the first and the highest; decreases when one arrives late
+  std::uint64_t late = 0;        ///< arrived after a younger one
+  std::uint64_t duplicates = 0;  ///< arrived before; detected among the last 64 numbers
 };
 
 class SeqTracker {
  public:
-  /// A datagram with this number arrived. True when it is younger than everything before. Numbers may wrap around.
+  /// Notes that a datagram with this number arrived. Returns true when it is younger than all before. Numbers may wrap around.
   bool take(std::uint32_t seq);
   const SeqCounts& counts() const { return counts_; }
   void reset() { *this = SeqTracker{}; }

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kTokenAt = 16;  // in the payload
+constexpr std::size_t kTokenAt = 16;  // offset in the payload
 
 }  // namespace
 

@@ -27,7 +27,7 @@ void ClientChannel::begin(Micros now) {
   const auto payload = pack_init({version_, session_, ++attempts_, keys_.token});
   handshake_.reset();
   next_begin_ = now + kBeginEvery;
-  if (!noise.write(payload, out.subspan(kHeadBytes, kInitSigned - kHeadBytes))) return;  // no key of anybody's
+  if (!noise.write(payload, out.subspan(kHeadBytes, kInitSigned - kHeadBytes))) return;  // not a valid public key
   const Mac mac1 = mac1_of(keys_.server, init);
   std::copy(mac1.begin(), mac1.end(), init.begin() + kInitSigned);
   handshake_.emplace(Handshake{noise, index, init, now, now, now, 0});
@@ -83,7 +83,7 @@ std::size_t ClientChannel::take(Bytes datagram, Micros now, BytesOut plain) {
   return 0;
 }
 
-/// Of all that came since the last Init each is as likely to go with the next: reservoir sampling of one.
+/// Draws one of the cookies since the last Init with equal probability: reservoir sampling of one.
 void ClientChannel::take_cookie(Bytes datagram, Micros now) {
   if (!handshake_ || index_of(datagram) != handshake_->index) return;
   if (draw_number() % ++handshake_->cookies != 0) return;
@@ -98,7 +98,7 @@ void ClientChannel::take_cookie(Bytes datagram, Micros now) {
 
 void ClientChannel::take_resp(Bytes datagram, Micros now) {
   if (!handshake_ || index_of(datagram) != handshake_->index) return;
-  NoiseInitiator noise = handshake_->noise;  // a forged answer must not spoil it
+  NoiseInitiator noise = handshake_->noise;  // a forged answer must not corrupt it
   std::array<std::uint8_t, 4> index;
   if (!noise.read(datagram.subspan(kHeadBytes), index)) {
     ++counts_.forged;

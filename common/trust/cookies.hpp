@@ -1,4 +1,4 @@
-// Cookies of a server: a proof that somebody receives at his address, for which the server keeps nothing.
+// Cookies of a server: a stateless proof that a client receives at its address.
 //
 //     cookie = BLAKE2b-128(R; address, port, index)          R: a secret, new every `lasts`; the one before it is valid too
 #pragma once

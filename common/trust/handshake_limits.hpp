@@ -1,16 +1,16 @@
-// How many handshakes a server computes: token buckets.
+// Limits on the handshakes that a server computes: token buckets.
 //
-//     looked into   one X25519 says who claims to be there     of a prefix 1000 a second, of all 2000
-//     gone on with  where that key is one of ours              of the key 20
-//                   where a token may stand for it             of a prefix 20, of all 200
+//     examined    one X25519 finds the claimed identity        of a prefix 1000 a second, of all 2000
+//     continued   with a known key                             of the key 20
+//                 with an unknown key and perhaps a token      of a prefix 20, of all 200
 //
 // A prefix is an IPv4 address, or 64 bits of an IPv6 one. Without the first limit a few Mbit/s would keep a processor busy. The
-// others are apart because a station's key is known to itself and the server alone (an Init carries it sealed): strangers, who
-// use up the first, meet none of those who have one; and whoever did learn it keeps nobody else out.
+// others are separate because a station's key is known to itself and the server alone (an Init carries it sealed): strangers who
+// exhaust the first ones do not affect stations with a known key; and anyone who did learn a key keeps nobody else out.
 //
-// Those from the host of a session do not share the bucket for all, and those from its very address and port have one of their
-// own: strangers who empty the others keep newcomers out, but no session from its next keys, even from the same host or from
-// behind the same translator of addresses.
+// Handshakes from the host of a session do not share the bucket for all, and those from its exact address and port have a bucket
+// of their own: strangers who exhaust the others keep newcomers out, but no session from its next keys, even from the same host
+// or from behind the same NAT.
 #pragma once
 
 #include <array>
@@ -23,11 +23,11 @@
 
 namespace palpate {
 
-inline constexpr int kLooksPrefix = 1000, kLooksAll = 2000;         ///< a second; as many at once
+inline constexpr int kLooksPrefix = 1000, kLooksAll = 2000;         ///< per second, and burst size
 inline constexpr int kHandshakesPrefix = 20, kHandshakesAll = 200;  ///< with a token
-inline constexpr int kHandshakesKey = 20;                           ///< of a key that the server knows, or of a session's address
+inline constexpr int kHandshakesKey = 20;                           ///< per known key, or per address of a session
 
-/// What lives where a handshake comes from.
+/// Relation of a handshake's source to existing sessions.
 enum class Neighbour : std::uint8_t { none, session_of_host, session };
 
 class TokenBucket {
@@ -45,7 +45,7 @@ class TokenBucket {
   Micros at_;
 };
 
-/// A bucket for each key of a map; those that are full are not remembered.
+/// A bucket for each key of a map; full ones are not stored.
 template <class Key>
 class TokenBuckets {
  public:
@@ -63,7 +63,7 @@ class TokenBuckets {
   Micros swept_{};
 };
 
-/// So many a second from a prefix and so many from all.
+/// Limits per second for a prefix and for all.
 class PlaceLimits {
  public:
   PlaceLimits(int prefix, int all) : prefix_(prefix), all_rate_(all), all_(TokenBucket::full(all, {})) {}
@@ -73,19 +73,19 @@ class PlaceLimits {
   using Place = std::array<std::uint8_t, 16>;
   int prefix_, all_rate_;
   TokenBucket all_;
-  TokenBuckets<Place> prefixes_;  ///< as all_ is asked first, no more than that, and where sessions live
+  TokenBuckets<Place> prefixes_;  ///< bounded because all_ is asked first, plus those of sessions
   TokenBuckets<ChannelAddress> sessions_;
 };
 
 class HandshakeLimits {
  public:
-  /// Whether to look who sends it.
+  /// True when the sender's identity may be examined.
   bool may_look(const ChannelAddress& from, Neighbour lives, Micros now) { return looks_.allow(from, lives, now); }
-  /// Whether to go on, with this key, which we know.
+  /// True when a handshake with this known key may continue.
   bool may_go_on(const PublicKey& key, Neighbour lives, Micros now) {
     return lives == Neighbour::session || keys_.take(key, kHandshakesKey, now);
   }
-  /// Whether to go on with one that we do not know.
+  /// True when a handshake with an unknown key may continue.
   bool may_try_token(const ChannelAddress& from, Neighbour lives, Micros now) { return tokens_.allow(from, lives, now); }
 
  private:

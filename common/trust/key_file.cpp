@@ -16,7 +16,7 @@ namespace {
 constexpr char kKeyExpected[] = "44 characters that palpate-key prints";
 constexpr char kLinesExpected[] = "self, server, station, issuer or issuer-self";
 
-/// One line of a key file, taken apart.
+/// One line of a key file, split into words.
 class KeyLine {
  public:
   KeyLine(std::string_view line, std::string where) : where_(std::move(where)) { split(line); }
@@ -36,7 +36,7 @@ class KeyLine {
     if (!found) fail(in_quotes(text) + " is no key", kKeyExpected);
     return *found;
   }
-  /// The secret does not appear in what is said of it.
+  /// The secret does not appear in error messages.
   template <class Secret>
   Secret secret() {
     const auto found = key_from(word(kKeyExpected));
@@ -104,11 +104,11 @@ void read_limit(KeyLine& line, const std::string& word, Rights& rights) {
   }
 }
 
-/// Those of the stations so far, in order: looked up, as a file may have thousands.
+/// Names of the stations so far, in a sorted set, because a file may have thousands.
 class StationNames {
  public:
   void add(const std::string& name) { names_.insert(name); }
-  /// One that a station called `name` could have, or whose station could have that (Rights::has_name).
+  /// Returns a name in conflict: one of the two stations could use the name of the other (Rights::has_name).
   std::optional<std::string> like(const std::string& name) const {
     for (std::size_t end = 0; end < name.size(); ++end)
       if (std::ranges::find(kAfterName, name[end]) != kAfterName.end())

@@ -1,13 +1,13 @@
-// The text of a key file, of a server, a station or an issuer. One thing a line; # begins a comment; what has spaces is in "".
+// The text of a key file of a server, a station or an issuer. One entry a line; # begins a comment; values with spaces are in "".
 //
-//     self SECRET                            whose file this is (X25519)
-//     server PUBLIC                          a station's: the one server that it believes
+//     self SECRET                            the owner of the file (X25519)
+//     server PUBLIC                          in a station's: the only server that it accepts
 //     station PUBLIC "OR 3" hand,viewer room=liver room="left lung" kbit_s=900 streams=8
-//     issuer PUBLIC                          a server's: who signs tokens (Ed25519)
-//     issuer-self SECRET                     an issuer's own
+//     issuer PUBLIC                          in a server's: accepted signer of tokens (Ed25519)
+//     issuer-self SECRET                     in an issuer's: its own secret
 //
-// A station without room= may be in any room. A server's keys change only as a whole (SIGHUP): who reads such a file throws for
-// the first thing that is wrong, as FILE:LINE: what; expected what.
+// A station without room= may join any room. A server's keys change only as a whole (SIGHUP): parsing throws for the first error,
+// as FILE:LINE: what; expected what.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-/// What a server believes.
+/// The keys that a server accepts.
 struct SiteKeys {
   SecretKey self;
   std::map<PublicKey, Rights> stations;
@@ -38,24 +38,24 @@ struct KeyFile {
 
 inline constexpr std::size_t kMostIssuers = 16;
 
-/// InputError, which names `file`.
+/// Throws InputError, which names `file`.
 KeyFile parse_keys(const std::string& text, const std::string& file);
-/// InputError where there is no `self`, or nobody to let in.
+/// Throws InputError without `self`, or when there is nobody to admit.
 SiteKeys site_of(const KeyFile& keys, const std::string& file);
-/// InputError where there is no `self` or no `server`. `token`: as it stands in its file.
+/// Throws InputError without `self` or `server`. `token`: the text of its file.
 ClientKeys client_of(const KeyFile& keys, const std::string& file);
 
-/// Of a station or room: what a key file can say between double quotes, so that nothing else of a line is in it.
+/// True for a name of a station or room that a key file can hold between double quotes, without affecting the rest of the line.
 bool fits_name(std::string_view text);
 inline constexpr char kNameExpected[] = "1 to 64 bytes of UTF-8 without control characters, others that cannot be seen, or \"";
 
-/// Names and rooms fit (fits_name()).
+/// Returns the line of a station. Names and rooms satisfy fits_name().
 std::string station_line(const PublicKey& key, const Rights& rights);
-/// The text with this one server in it, everything else as it was.
+/// Returns the text with this server as the only one, and everything else unchanged.
 std::string with_server(const std::string& text, const PublicKey& server);
-/// "hand,viewer"; false for another text.
+/// Parses for example "hand,viewer"; returns false for another text.
 bool read_roles(std::string_view text, Rights& rights);
-/// InputError.
+/// Throws InputError.
 std::vector<std::uint8_t> parse_token(std::string text, const std::string& file);
 
 }  // namespace palpate

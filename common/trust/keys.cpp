@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// The library picks the code for this processor once; without it everything still works, more slowly.
+/// Lets the library select the code for this processor once; without it everything still works, more slowly.
 const bool sodium_ready = sodium_init() >= 0;
 
 }  // namespace
@@ -41,7 +41,7 @@ bool is_issuer(const PublicKey& key) { return crypto_core_ed25519_is_valid_point
 std::string to_text(Bytes bytes) {
   std::string text(sodium_base64_encoded_len(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
   sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
-  text.pop_back();  // the zero behind it
+  text.pop_back();  // terminating zero
   return text;
 }
 

@@ -1,4 +1,4 @@
-// Who somebody is on the wire: an X25519 key pair. And an Ed25519 pair for those who issue tokens.
+// Identities on the wire: X25519 key pairs, and Ed25519 pairs for issuers of tokens.
 //
 // Text form of a key is base64 (RFC 4648, with padding): 44 characters for 32 bytes, as WireGuard writes its keys.
 // Randomness is drawn through DrawBytes, so that a simulated world can repeat itself to the bit.
@@ -21,14 +21,14 @@ using Bytes = std::span<const std::uint8_t>;
 using BytesOut = std::span<std::uint8_t>;
 inline constexpr std::size_t kKeyBytes = 32;
 
-/// The same bytes, as numbers.
+/// Returns the same bytes as integers.
 template <class Byte, std::size_t n>
 auto octets(std::span<Byte, n> bytes) {
   using Octet = std::conditional_t<std::is_const_v<Byte>, const std::uint8_t, std::uint8_t>;
   return std::span<Octet>(reinterpret_cast<Octet*>(bytes.data()), bytes.size());
 }
 
-/// Fills the bytes with what nobody can guess; in a simulation with what a seed says.
+/// Fills the bytes unpredictably; in a simulation from a seed.
 using DrawBytes = std::function<void(BytesOut)>;
 
 struct PublicKey {
@@ -36,7 +36,7 @@ struct PublicKey {
   auto operator<=>(const PublicKey&) const = default;
 };
 
-/// X25519 scalar. Wiped when it goes.
+/// X25519 scalar. Wiped on destruction.
 struct SecretKey {
   std::array<std::uint8_t, kKeyBytes> bytes{};
   SecretKey() = default;
@@ -45,31 +45,30 @@ struct SecretKey {
   ~SecretKey();
 };
 
-/// Ed25519 seed (RFC 8032) of one who issues tokens. Wiped when it goes.
+/// Ed25519 seed (RFC 8032) of an issuer of tokens. Wiped on destruction.
 struct IssuerSecret : SecretKey {};
 
 SecretKey draw_secret(const DrawBytes& draw);
 PublicKey public_of(const SecretKey& secret);
 PublicKey issuer_of(const IssuerSecret& secret);
-/// Whether these bytes are a point that an Ed25519 signature can be checked with. Of X25519 keys one in sixteen looks like one.
+/// True when these bytes are a point with which an Ed25519 signature can be checked. One in sixteen X25519 keys also is one.
 bool is_issuer(const PublicKey& key);
 
 std::string to_text(Bytes bytes);
 inline std::string to_text(const PublicKey& key) { return to_text(Bytes(key.bytes)); }
-/// Bytes written into `out`; nothing when the text is not base64 or says more than fits.
+/// Returns the number of bytes written into `out`; nothing when the text is not base64 or too long.
 std::optional<std::size_t> bytes_from(std::string_view text, BytesOut out);
-/// Nothing when it is not the 44 characters of a key.
+/// Returns nothing when the text is not the 44 characters of a key.
 std::optional<PublicKey> key_from(std::string_view text);
 
-/// From the operating system's generator.
+/// Draws from the operating system's generator.
 DrawBytes system_random();
 
-/// SipHash-2-4 (Aumasson and Bernstein, 2012), 64 bits: who does not know the key can neither say the hash of anything nor find
-/// two inputs of the same.
+/// SipHash-2-4 (Aumasson and Bernstein, 2012), 64 bits: without the key nobody can predict a hash or find a collision.
 using HashKey = std::array<std::uint64_t, 2>;
 std::uint64_t keyed_hash(const HashKey& key, Bytes bytes);
 
-/// Compares in a time that says nothing of where the two differ.
+/// Compares in a time that does not depend on where the two differ.
 bool same_bytes(Bytes a, Bytes b);
 void wipe(BytesOut bytes);
 

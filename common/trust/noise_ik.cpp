@@ -24,7 +24,7 @@ Block hmac(Bytes key, Bytes first, Bytes second = {}) {
   return out;
 }
 
-/// HKDF of two outputs, Noise section 4.3.
+/// Returns both outputs of HKDF, Noise section 4.3.
 std::pair<Block, Block> hkdf(const Block& chain, Bytes input) {
   constexpr std::uint8_t kOne = 1, kTwo = 2;
   Block secret = hmac(chain, input);
@@ -34,7 +34,7 @@ std::pair<Block, Block> hkdf(const Block& chain, Bytes input) {
   return {first, second};
 }
 
-/// A cipher's key is the first half.
+/// Copies the first half, the key of a cipher.
 void take_half(const Block& block, SecretKey& key) { std::copy_n(block.begin(), kKeyBytes, key.bytes.begin()); }
 
 std::array<std::uint8_t, 12> nonce_of(std::uint64_t counter) {
@@ -64,7 +64,7 @@ bool open_bytes(const SecretKey& key, std::uint64_t counter, Bytes also, Bytes s
 }
 
 NoiseState::NoiseState(Bytes prologue) {
-  std::copy(kProtocol.begin(), kProtocol.end(), hash_.begin());  // shorter than a hash: filled up with zeros
+  std::copy(kProtocol.begin(), kProtocol.end(), hash_.begin());  // shorter than a hash: padded with zeros
   chain_ = hash_;
   mix_hash(prologue);
 }

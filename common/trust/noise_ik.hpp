@@ -4,12 +4,12 @@
 //     -> e, es, s, ss   payload     32 + 48 + payload + 16 bytes
 //     <- e, ee, se      payload     32 + payload + 16 bytes
 //
-// e, s: ephemeral and static keys; es etc.: X25519 of initiator's and responder's. Each DH goes into a chaining key by
-// HKDF-SHA512 (RFC 5869 with an empty info), each byte sent into a hash that every ciphertext authenticates, so whoever changes
-// one byte, the prologue included, ends the handshake. After the second message both have the same two keys, one a direction,
-// that nobody can compute later even with both static secrets (forward secrecy).
+// e, s: ephemeral and static keys; es etc.: X25519 of initiator's and responder's. Each DH enters a chaining key by HKDF-SHA512
+// (RFC 5869 with an empty info), and each byte sent enters a hash that every ciphertext authenticates, so a change of any byte,
+// the prologue included, ends the handshake. After the second message both have the same two keys, one a direction, which nobody
+// can compute later even with both static secrets (forward secrecy).
 //
-// All calls return false, and the object is of no further use, when a tag does not fit or a DH gives zero.
+// All calls return false, and the object must be discarded, when a tag is wrong or a DH gives zero.
 #pragma once
 
 #include <array>
@@ -20,12 +20,12 @@
 namespace palpate {
 
 inline constexpr std::size_t kTagBytes = 16, kHashBytes = 64;
-inline constexpr std::size_t kNoiseFirstBytes = 32 + 48 + kTagBytes;  ///< of the first message, beside its payload
-inline constexpr std::size_t kNoiseSecondBytes = 32 + kTagBytes;      ///< of the second
+inline constexpr std::size_t kNoiseFirstBytes = 32 + 48 + kTagBytes;  ///< size of the first message without its payload
+inline constexpr std::size_t kNoiseSecondBytes = 32 + kTagBytes;      ///< size of the second
 
-/// ChaCha20-Poly1305 (RFC 8439), nonce: four zero bytes, then the counter, little end first. `out` has room for the tag too.
+/// ChaCha20-Poly1305 (RFC 8439), nonce: four zero bytes, then the counter, little-endian. `out` has room for the tag too.
 void seal_bytes(const SecretKey& key, std::uint64_t counter, Bytes also, Bytes plain, BytesOut out);
-/// False, with `out` of no meaning, when the tag does not fit. `out`: as many bytes as `sealed` without the tag.
+/// Returns false, with `out` undefined, when the tag is wrong. `out`: as many bytes as `sealed` without the tag.
 [[nodiscard]] bool open_bytes(const SecretKey& key, std::uint64_t counter, Bytes also, Bytes sealed, BytesOut out);
 
 /// The keys of one session, by direction.
@@ -33,7 +33,7 @@ struct NoiseKeys {
   SecretKey up, down;  ///< initiator to responder, and back
 };
 
-/// What both sides hash and derive: chaining key, hash, and the key of what comes next.
+/// The common state of both sides: chaining key, hash, and the key of the next ciphertext.
 class NoiseState {
  public:
   explicit NoiseState(Bytes prologue);
@@ -47,7 +47,7 @@ class NoiseState {
  private:
   std::array<std::uint8_t, kHashBytes> chain_{}, hash_{};
   SecretKey key_;
-  std::uint64_t sealed_ = 0;  ///< with this key
+  std::uint64_t sealed_ = 0;  ///< number of ciphertexts with this key
 };
 
 class NoiseInitiator {
@@ -69,11 +69,11 @@ class NoiseInitiator {
 class NoiseResponder {
  public:
   NoiseResponder(const SecretKey& self, Bytes prologue) : NoiseResponder(self, public_of(self), prologue) {}
-  /// `own`: public key of `self`, which takes as long as a DH.
+  /// `own`: public key of `self`, which costs as much as a DH to compute.
   NoiseResponder(const SecretKey& self, const PublicKey& own, Bytes prologue);
-  /// The first message up to the sender's static key. A server that does not know that key has spent one DH, and stops.
+  /// Reads the first message up to the sender's static key. A server that does not know that key has spent one DH, and stops.
   [[nodiscard]] bool read_sender(Bytes message);
-  /// Whose public key this is, he has shown only after read_payload().
+  /// The claimed public key; its ownership is proven only after read_payload().
   const PublicKey& sender() const { return sender_; }
   [[nodiscard]] bool read_payload(Bytes message, BytesOut payload);
   [[nodiscard]] bool write(const SecretKey& ephemeral, Bytes payload, BytesOut out);

@@ -1,9 +1,9 @@
-// Where a session's client receives.
+// The addresses at which a session's client is known to receive.
 //
-// An address is shown by a cookie that went there and came back: that of the Init, or one in a Path, sealed both ways. Nothing
-// else goes to one that is not; a shown one is served from when the newest counter comes from it. What was shown is forgotten
-// with the keys under which it was, but for the addresses of the Init that made the next: so a client that has left an address
-// and goes on in its name is believed for seven minutes at most (a cookie of an Init four, a pair of keys three).
+// An address is proven by a cookie that was sent to it and came back: that of the Init, or one in a Path, sealed both ways.
+// Nothing else is sent to an unproven address; a proven one is served from when the newest counter comes from it. Proofs expire
+// with the keys under which they were made, except for the addresses of the Init that made the next keys: so an attacker at an
+// address that the client has left is trusted for seven minutes at most (a cookie of an Init four, a pair of keys three).
 #pragma once
 
 #include <algorithm>
@@ -16,16 +16,16 @@ namespace palpate {
 
 class Paths {
  public:
-  static constexpr std::size_t kMost = 4;  ///< those that were served last; a client that has more shows one anew
+  static constexpr std::size_t kMost = 4;  ///< those served last; a client with more addresses proves one again
 
-  /// The Init that the next keys are of came from here, with the cookie for it. `first`: of a new handshake.
+  /// Notes that the Init of the next keys came from here, with a valid cookie. `first`: true for a new handshake.
   void came_with_cookie(const ChannelAddress& from, bool first) {
     if (first) next_.clear();
     put_first(next_, from);
   }
-  /// The next keys are those in use.
+  /// Notes that the next keys are in use.
   void use_next() { shown_ = std::exchange(next_, {}); }
-  /// The newest counter came from there. False where that is not shown.
+  /// Notes that the newest counter came from this address. Returns false when it is unproven.
   bool hear(const ChannelAddress& from) {
     newest_ = from;
     if (!shown_.empty() && shown_.front() == from) return true;
@@ -33,13 +33,13 @@ class Paths {
     put_first(shown_, from);
     return true;
   }
-  /// A cookie that went there came back.
+  /// Notes that a cookie sent to this address came back.
   void show(const ChannelAddress& address) {
     if (std::find(shown_.begin(), shown_.end(), address) != shown_.end()) return;
     put_first(shown_, address);
     if (newest_ != address && shown_.size() > 1) std::swap(shown_[0], shown_[1]);
   }
-  /// Where answers go; only with keys in use.
+  /// Destination of answers; only with keys in use.
   const ChannelAddress& served() const { return shown_.front(); }
 
  private:
@@ -49,7 +49,7 @@ class Paths {
     if (all.size() > kMost) all.pop_back();
   }
 
-  std::vector<ChannelAddress> shown_, next_;  ///< the newest first
+  std::vector<ChannelAddress> shown_, next_;  ///< newest first
   ChannelAddress newest_;
 };
 

@@ -1,7 +1,7 @@
-// Which counters of one direction have come already, of the newest kReplayWindow (the sliding window of RFC 4303, section 3.4.3).
+// Received counters of one direction, among the newest kReplayWindow (the sliding window of RFC 4303, section 3.4.3).
 //
-// A datagram is asked about before it is decrypted (cheap, and says nothing about keys) and marked after its tag has fitted: who
-// cannot seal cannot move the window.
+// A counter is checked before its datagram is decrypted (cheap, and reveals nothing about keys) and marked after its tag was
+// verified: only a sender with the key can move the window.
 #pragma once
 
 #include <algorithm>
@@ -15,12 +15,12 @@ inline constexpr std::size_t kReplayWindow = 2048;
 
 class ReplayWindow {
  public:
-  /// Not older than the window, and not seen.
+  /// True when it is not older than the window and was not seen.
   bool is_fresh(std::uint64_t counter) const {
     if (counter >= next_) return true;
     return next_ - counter <= kReplayWindow && !seen_[counter % kReplayWindow];
   }
-  /// The counter of a datagram whose tag fitted. True when it is the newest.
+  /// Marks the counter of a datagram with a valid tag. Returns true when it is the newest.
   bool mark(std::uint64_t counter) {
     const bool newest = counter >= next_;
     if (newest) {

@@ -7,8 +7,8 @@ namespace {
 
 constexpr Micros kSweepSessionsEvery{250'000};
 constexpr Micros kSecond{1'000'000};
-constexpr std::int64_t kTokenKeptS = 3600;           ///< beyond its end: the clock on the wall may be set back
-constexpr std::int64_t kTokenLeadS = 1'000'000'000;  ///< looked ahead at most
+constexpr std::int64_t kTokenKeptS = 3600;           ///< beyond its end, in case the wall clock is set back
+constexpr std::int64_t kTokenLeadS = 1'000'000'000;  ///< largest time ahead
 
 template <std::size_t n>
 std::array<std::uint8_t, n> copy_of(Bytes bytes) {
@@ -80,7 +80,7 @@ std::optional<ServerChannel::Opened> ServerChannel::take(Bytes datagram, const C
   return std::nullopt;
 }
 
-/// What costs next to nothing, before what costs something.
+/// Handles an Init: checks that cost next to nothing come first.
 void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros now) {
   if (!same_bytes(keyed_mac(mac1_key_, signed_part(datagram)), datagram.subspan(kInitSigned, kMacBytes)))
     return refuse(ChannelFault::mac, from, nullptr);
@@ -96,7 +96,7 @@ void ServerChannel::take_init(Bytes datagram, const ChannelAddress& from, Micros
   const auto mac = copy_of<kMacBytes>(datagram.subspan(kInitSigned, kMacBytes));
   Neighbour lives = Neighbour::none;
   for (auto& [peer, session] : sessions_) {
-    if (session.answered == mac) {  // that answer was lost, or is late
+    if (session.answered == mac) {  // the answer was lost, or is late
       if (session.next) session.paths.came_with_cookie(from, false);
       return answer(from, session.answer);
     }
@@ -177,7 +177,7 @@ std::optional<ServerChannel::Admission> ServerChannel::admit(const PublicKey& ke
   return admit_token(key, payload, known, now, why);
 }
 
-/// The same session needs no leave again while it lives.
+/// Checks a token. A running session does not need a valid one again.
 std::optional<ServerChannel::Admission> ServerChannel::admit_token(const PublicKey& key, const InitPayload& payload,
                                                                    Session* known, Micros now, ChannelFault& why) {
   if (known != nullptr && known->by_token) return Admission{known->rights, true, known->ends, known->issuer};
@@ -206,8 +206,9 @@ ServerChannel::Session* ServerChannel::find(const PublicKey& key, std::uint64_t 
   return nullptr;
 }
 
-/// Another session of this key; where it must, the longest silent one makes way. Handshakes that no Data followed have places of
-/// their own, and the oldest makes way: anybody who recorded them may send them again, and keep nobody out who goes on with Data.
+/// Makes room for another session of this key; if needed, the one that has been silent longest is removed. Handshakes without
+/// Data have separate places, of which the oldest is removed: an attacker may replay recorded handshakes, but cannot displace a
+/// client that continues with Data.
 bool ServerChannel::make_room_for(const PublicKey& key, int streams, Micros now) {
   int of_key = 0, unconfirmed = 0;
   Session *silent = nullptr, *oldest = nullptr;
@@ -259,7 +260,8 @@ std::optional<ServerChannel::Opened> ServerChannel::take_data(Bytes datagram, co
   return Opened{session->peer, size, shown};
 }
 
-/// The newest counter came from there, in a datagram of so many bytes. True where its client is known to receive there.
+/// Notes that the newest counter came from there, in a datagram of that size. Returns true where its client is known to receive
+/// there.
 bool ServerChannel::follow(Session& session, const ChannelAddress& from, std::size_t bytes, Micros now) {
   if (session.paths.hear(from)) return true;
   if (bytes >= kPathBytes && (from != session.asked || now >= session.ask_again)) ask(session, from, now);
@@ -291,7 +293,7 @@ Transport* ServerChannel::keys_at(Session& session, std::uint32_t index, Micros 
   return nullptr;
 }
 
-/// The client has the new keys: it is they from now on.
+/// Switches to the new keys: the client has them.
 void ServerChannel::confirm(Session& session, Micros now) {
   drop_keys(session.old);
   session.old = std::exchange(session.current, std::exchange(session.next, std::nullopt));

@@ -1,20 +1,20 @@
-// The server's end of the trust channel, for all peers, without sockets, threads, clocks or chance.
+// The server's end of the trust channel, for all peers, without sockets, threads, clocks or randomness.
 //
-// What a stranger can make it do: nothing at all without the server's public key (mac1); with it, one hash and 24 bytes for his
-// 512. No Diffie-Hellman and no state before he has shown by a cookie that he receives at his address; then as many handshakes as
-// HandshakeLimits allow, one X25519 each for those whose key nobody here knows. A session counts, and its address is believed,
-// from the first Data on that opens. All else is silence.
+// Effort that a stranger can cause: none without the server's public key (mac1); with it, one hash and 24 bytes for 512. There is
+// no Diffie-Hellman and no state before a cookie has proven that it receives at its address; then as many handshakes as
+// HandshakeLimits allow, one X25519 each for unknown keys. A session counts, and its address is trusted, from the first Data on
+// that opens. Everything else is ignored without an answer.
 //
-// A session is one (station key, session number of the client's): new keys, a new address and a server's SIGHUP leave it as it
-// is. A handshake that is repeated gets the same answer again, one that is older than the newest of its session none, and is
-// known by its mac from then on: who plays recorded ones again uses up nothing of their key's.
+// A session is one (station key, session number of the client's): new keys, a new address and a SIGHUP of the server do not
+// change it. A repeated handshake gets the same answer again; one that is older than the newest of its session gets none, and its
+// mac is stored: replaying recorded handshakes does not use up the limits of their key.
 //
-// The clock on the wall says whether a token came in time to join, and nothing else: one that is set ends no session.
+// The wall clock decides only whether a token is still valid for joining: a change of that clock ends no session.
 //
-// The newest authenticated counter says where a client is (a NAT that rebinds, a laptop that changes networks), and is not
-// believed: its holder may forge the sender. So an address that has not been shown (paths.hpp) gets a Path, no more bytes than
-// came from it, and is served when that came back; until then the one before is. A server remembers nothing of what it asked:
-// each datagram asks again, at most one for each kAskEvery, so that losses cost what they cost elsewhere, and a forged sender
+// The newest authenticated counter suggests the address of a client (a NAT that rebinds, a laptop that changes networks), but is
+// not trusted: an attacker may replay it from a forged source. So an address that is not proven (paths.hpp) gets a Path, no more
+// bytes than came from it, and is served once that came back; until then the previous one is. A server stores no pending
+// questions: each datagram asks again, at most once in kAskEvery, so that losses cost no more than elsewhere, and a forged sender
 // nothing.
 #pragma once
 
@@ -36,24 +36,24 @@
 
 namespace palpate {
 
-/// Of a session, from 1 on, never used twice.
+/// Identifies a session, from 1 on, never reused.
 using ChannelPeer = std::uint64_t;
 
-/// Why a handshake was not answered, or a datagram not opened.
+/// Reason for which a handshake was not answered, or a datagram not opened.
 enum class ChannelFault : std::uint8_t {
   malformed,
   mac,            ///< made without our public key
   limit,          ///< too many handshakes
-  handshake,      ///< tags do not fit: another server's key, or changed on the way
-  unknown_key,    ///< and no token
-  token,          ///< not signed for these two, or by nobody whom we believe
+  handshake,      ///< wrong tags: another server's key, or modified in transit
+  unknown_key,    ///< unknown key without a token
+  token,          ///< not signed for these two keys, or by an unknown issuer
   token_expired,  ///<
   token_used,
   stale,     ///< older than the newest of its session
   full,      ///< too many sessions
-  index,     ///< Data for keys that nobody here has
+  index,     ///< Data for unknown keys
   replayed,  ///<
-  forged     ///< Data whose tag does not fit
+  forged     ///< Data with a wrong tag
 };
 inline constexpr std::size_t kChannelFaults = 13;
 const char* describe(ChannelFault fault);
@@ -64,48 +64,49 @@ struct ServerChannelCounts {
   std::uint64_t of(ChannelFault fault) const { return faults[static_cast<std::size_t>(fault)]; }
 };
 
-/// The last handshake that was refused, for a log that a person reads.
+/// The last refused handshake, for a log.
 struct ChannelRefusal {
   ChannelFault fault = ChannelFault::malformed;
   ChannelAddress from;
-  std::optional<PublicKey> key;  ///< who says he has it; proven only where the fault is about the token
+  std::optional<PublicKey> key;  ///< claimed key; proven only where the fault is about the token
 };
 
 class ServerChannel {
  public:
   using UnixSeconds = std::function<std::int64_t()>;
   static constexpr std::size_t kMostSessions = 1024, kMostAnswers = 256, kMostTokens = 65536;
-  /// Handshakes found stale that are known again by their mac: whoever recorded so many may use up what a key may ask for.
+  /// Stale handshakes that are recognised by their mac: an attacker with more recordings can use up the limits of a key.
   static constexpr std::size_t kMostStale = 4096;
-  /// Of a key beyond its streams: lives that ended without a word, and as many handshakes.
+  /// Extra sessions of a key beyond its streams, for those that ended silently; also its largest number of handshakes without
+  /// Data.
   static constexpr int kSpareSessions = 8;
-  static constexpr Micros kUnconfirmed{20'000'000};  ///< that a handshake is remembered without Data
-  static constexpr Micros kSilent{3'000'000};        ///< then a session gives its place to another one of its key
-  static constexpr Micros kAskEvery{20'000};         ///< for a Path, of one address
-  static constexpr Micros kPathLasts{5'000'000};     ///< that it may take to come back, and up to twice that
+  static constexpr Micros kUnconfirmed{20'000'000};  ///< time for which a handshake without Data is kept
+  static constexpr Micros kSilent{3'000'000};        ///< silence after which another session of the same key may replace it
+  static constexpr Micros kAskEvery{20'000};         ///< interval of Paths to one address
+  static constexpr Micros kPathLasts{5'000'000};     ///< lifetime of its cookie: at least this, up to twice as long
 
   ServerChannel(SiteKeys keys, DrawBytes draw, UnixSeconds unix_now, const ChannelTimes& times = {});
 
   struct Opened {
     ChannelPeer peer = 0;
-    std::size_t size = 0;  ///< of the session's datagram in `plain`
-    bool shown = true;     ///< its client receives where it came from
+    std::size_t size = 0;  ///< size of the session's datagram in `plain`
+    bool shown = true;     ///< true: its client receives at the source address
   };
-  /// `plain`: kMaxDatagramBytes.
+  /// Opens a datagram into `plain`: kMaxDatagramBytes.
   std::optional<Opened> take(Bytes datagram, const ChannelAddress& from, Micros now, BytesOut plain);
-  /// The channel's own next answer, 0 when there is none.
+  /// Writes the channel's own next answer; returns its size, 0 when there is none.
   std::size_t emit(BytesOut out, ChannelAddress& to);
-  /// Into `out` (kMaxSealedBytes); 0 when the session is gone or its keys too old.
+  /// Seals into `out` (kMaxSealedBytes); returns 0 when the session is gone or its keys have expired.
   std::size_t seal(ChannelPeer peer, Bytes plain, BytesOut out, ChannelAddress& to, Micros now);
-  /// Sessions end here: too old, or as their token says.
+  /// Ends sessions that are too old, or whose token has expired.
   void tick(Micros now);
-  /// Who is not there any more, or has other rights, ends.
+  /// Replaces the keys. Ends the sessions of removed stations and of those whose rights changed.
   void change_keys(SiteKeys keys);
-  /// Those that ended since the last call and that had sent Data. They may still be sealed to until forget().
+  /// Returns the sessions that ended since the last call and had sent Data. They can be sealed to until forget().
   std::vector<ChannelPeer> take_ended() { return std::exchange(ended_, {}); }
   void forget(ChannelPeer peer);
 
-  /// nullptr when it is gone.
+  /// Returns nullptr when the session is gone.
   const Rights* rights(ChannelPeer peer) const;
   const PublicKey* key(ChannelPeer peer) const;
   const PublicKey& self() const { return self_; }
@@ -121,15 +122,15 @@ class ServerChannel {
     std::uint64_t number = 0;
     Rights rights;
     bool by_token = false, confirmed = false, ending = false;
-    Micros ends = Micros::max();  ///< where a token says so
-    PublicKey issuer;             ///< of that token
+    Micros ends = Micros::max();  ///< end set by a token
+    PublicKey issuer;             ///< issuer of that token
     Paths paths;
-    ChannelAddress asked;  ///< for a Path, when last
+    ChannelAddress asked;  ///< the address to which the last Path was sent
     Micros ask_again{};
     std::optional<Transport> current, old, next;
     Micros old_until{}, begun{}, heard{};
     std::uint32_t attempt = 0;
-    Mac answered{};  ///< mac1 of the Init that got `answer`
+    Mac answered{};  ///< mac1 of the Init that was answered by `answer`
     std::array<std::uint8_t, kRespBytes> answer{};
   };
   struct Answer {
@@ -139,7 +140,7 @@ class ServerChannel {
   };
   struct UsedToken {
     Micros until{};
-    std::map<std::uint64_t, Micros> sessions;  ///< when each is over, however often it begins anew
+    std::map<std::uint64_t, Micros> sessions;  ///< end of each session, however often it restarts
   };
   struct Admission {
     Rights rights;
@@ -184,7 +185,7 @@ class ServerChannel {
   std::unordered_map<std::uint32_t, ChannelPeer> indices_;
   std::map<TokenId, UsedToken> used_;
   std::set<Mac> stale_;
-  std::deque<Mac> stale_in_order_;  ///< the oldest first
+  std::deque<Mac> stale_in_order_;  ///< oldest first
   std::deque<Answer> answers_;
   std::vector<ChannelPeer> ended_;
   std::optional<ChannelRefusal> refusal_;

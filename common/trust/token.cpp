@@ -33,7 +33,7 @@ std::vector<std::uint8_t> signed_text(Bytes body, const PublicKey& server, const
   return text;
 }
 
-/// Reads what was appended; `ok` turns false at what is too short.
+/// Reads appended fields; `ok` becomes false when the data are too short.
 struct TokenReader {
   Bytes rest;
   bool ok = true;

@@ -1,7 +1,7 @@
-// The keys of one handshake at work: Data (and Path, which is sealed as Data is) out and in.
+// The keys of one handshake in use: sealing and opening Data (and Path, which is sealed like Data).
 //
-// Every datagram stands alone: its counter is in it, so losing, doubling and reordering cost nothing but what is lost. A counter
-// is never used twice with one key.
+// Every datagram is self-contained: it carries its counter, so losses, duplicates and reordering affect no other datagram. A
+// counter is never used twice with one key.
 #pragma once
 
 #include "common/base/types.hpp"
@@ -10,18 +10,18 @@
 
 namespace palpate {
 
-/// When keys are made anew. In a simulation shorter.
+/// Lifetimes of keys. Shorter in a simulation.
 struct ChannelTimes {
   Micros rekey{120'000'000};  ///< age at which a client begins the next handshake
   Micros keep_old{10'000'000};
-  Micros stop{180'000'000};  ///< age at which keys are of no use
+  Micros stop{180'000'000};  ///< age at which keys expire
 };
 
 enum class OpenFault : std::uint8_t { none, replayed, forged };
 
 class Transport {
  public:
-  /// `own`: index that the other side puts into what it sends us; `other`: index that we put into what we send.
+  /// `own`: index in datagrams that we receive; `other`: index in datagrams that we send.
   Transport(const SecretKey& send, const SecretKey& receive, std::uint32_t own, std::uint32_t other, Micros born)
       : send_(send), receive_(receive), own_(own), other_(other), born_(born) {}
 
@@ -30,9 +30,9 @@ class Transport {
   Micros born() const { return born_; }
   bool usable(Micros now, const ChannelTimes& times) const { return now - born_ < times.stop; }
 
-  /// `out`: kDataOverhead more than `plain`. Returns the bytes written; 0 when they do not fit.
+  /// `out`: kDataOverhead more than `plain`. Returns the number of bytes written; 0 when they do not fit.
   std::size_t seal(Bytes plain, BytesOut out, ChannelKind kind = ChannelKind::data);
-  /// `plain`: kDataOverhead less than the datagram. `newest`: no later counter has come.
+  /// `plain`: kDataOverhead less than the datagram. `newest`: true when no later counter has arrived.
   [[nodiscard]] OpenFault open(Bytes datagram, BytesOut plain, bool& newest);
 
  private:

@@ -1,12 +1,11 @@
-// The surface that viewers draw, in a numbering of its own, and the number by which viewer and server know that they hold the
-// same.
+// The surface that viewers draw, in a numbering of its own, and a hash by which viewer and server verify that they have the same
+// one.
 //
-// Vertices are those that triangles use, in an order in which neighbours in number are neighbours in space. Rest positions are
-// whole steps of 2^-19 m (1.9 um): what a viewer decodes is what the server measures displacements from.
+// Vertices are those that triangles use, ordered so that neighbours in number are neighbours in space. Rest positions are
+// multiples of 2^-19 m (1.9 um): the server measures displacements from exactly the positions that a viewer decodes.
 //
 // The hash is FNV-1a (64 bit), fed a word at a time: the vertex count, the three coordinates in steps and the fixed mark of every
-// vertex, then the three indices of every triangle. Enough to tell one mesh from another; no protection against someone who
-// wants two to agree.
+// vertex, then the three indices of every triangle. It distinguishes meshes, but does not protect against deliberate collisions.
 #pragma once
 
 #include <cmath>
@@ -20,7 +19,7 @@ namespace palpate {
 inline constexpr double kRestStepM = 0x1p-19;
 
 struct MeshVertex {
-  Vec3 rest = Vec3::Zero();  ///< [m], whole steps
+  Vec3 rest = Vec3::Zero();  ///< [m], multiple of kRestStepM
   bool fixed = false;        ///< never moves
 };
 

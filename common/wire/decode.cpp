@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLeastBytes = 20;  // root offset, identifier, a table that holds a version
+constexpr std::size_t kLeastBytes = 20;  // root offset, identifier, a table with a version
 
 template <class Enum>
 bool to_enum(std::uint8_t value, Enum last, Enum& out) {
@@ -22,7 +22,7 @@ bool to_enum(std::uint8_t value, Enum last, Enum& out) {
 std::string_view view_of(const flatbuffers::String* s) { return s ? s->string_view() : std::string_view(); }
 Micros time_of(const wire::Wide* w) { return w ? pack::time_from(*w) : Micros{}; }
 
-// One overload a message kind: reads its table, then says what is wrong with the result.
+// One overload per kind of message: reads its table, then returns the fault of the result.
 
 WireFault read(const wire::Hello& table, Hello& m) {
   Sense sense;
@@ -74,7 +74,7 @@ WireFault read(const wire::Refuse& table, Refuse& m) {
   return WireFault::none;
 }
 
-/// How the tool is held and its buttons.
+/// Reads orientation and buttons of the tool.
 WireFault read_hold(const wire::Samples& table, Samples& m) {
   Sense sense;
   if (table.turn()) {
@@ -301,7 +301,7 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.tool = table.springs()->tool();
   m.tool_axes = table.springs()->tool_axes();
   const auto law = std::find(kFlagOfLaw.begin(), kFlagOfLaw.end(), head.flags() & kLawFlags);
-  if (law == kFlagOfLaw.end()) return WireFault::malformed;  // flags of more than one
+  if (law == kFlagOfLaw.end()) return WireFault::malformed;  // flags of several laws
   m.law = {};
   m.law.kind = static_cast<SolidLaw>(law - kFlagOfLaw.begin());
   m.stiffening = of_springs ? table.springs()->stiffening() : 0;

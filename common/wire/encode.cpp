@@ -11,7 +11,7 @@ namespace {
 using Builder = flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
-/// Items of a MeshPiece, little end first.
+/// Items of a MeshPiece, little-endian.
 class LittleBytes {
  public:
   void add(std::uint32_t value) { bytes_[size_++] = static_cast<std::uint8_t>(value & 0xff); }
@@ -26,7 +26,7 @@ class LittleBytes {
   std::size_t size_ = 0;
 };
 
-/// One overload a message kind: writes its table and says which it is.
+/// One overload per kind of message: writes its table and returns its type.
 class BodyWriter {
  public:
   BodyWriter(Builder& builder, pack::Packer& packer) : builder_(builder), packer_(packer) {}
@@ -50,7 +50,7 @@ class BodyWriter {
                                     m.vertices, m.triangles, &hash, packer_.number(m.deadband), station));
   }
   Offset<void> operator()(const Refuse& m) {
-    // Without a text a refusal is no larger than the shortest question that it may have to answer.
+    // Without a text a refusal is no larger than the shortest request that it may have to answer.
     const auto message = m.message.empty() ? 0 : builder_.CreateString(cut_text(m.message, kMaxRefuseBytes));
     return done(wire::Body::Refuse, wire::CreateRefuse(builder_, static_cast<std::uint8_t>(m.reason), message));
   }

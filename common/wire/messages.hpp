@@ -1,4 +1,4 @@
-// What one datagram says, as plain structs. docs/reference/wire.md states bytes, ranges and behaviour over time.
+// The contents of one datagram, as plain structs. docs/reference/wire.md specifies bytes, ranges and behaviour over time.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ enum class Role : std::uint8_t { haptic, viewer };
 /// Four-timestamp clock exchange, carried by every datagram of both directions. All zero when nothing was heard yet.
 struct ClockStamps {
   Micros sent{};       ///< sender's clock when it sent this datagram
-  Micros echo{};       ///< `sent` of the newest datagram that the sender got from its peer (peer's clock)
-  Micros echo_hold{};  ///< how long the sender held that datagram before sending this one
+  Micros echo{};       ///< `sent` of the newest datagram received from the peer (peer's clock)
+  Micros echo_hold{};  ///< time from receiving that datagram to sending this one
 };
 
 /// Client -> server: join. Padded on the wire so that the answer is never larger.
@@ -32,10 +32,11 @@ struct Hello {
   std::string station;  ///< its name, unique in the room
   Role role = Role::haptic;
   SchemeAsked scheme = Scheme::port;
-  std::uint16_t order = 0;  ///< states wanted, 0 = the server's default
-  std::string shadow_of;    ///< name of a station whose tool this one shares: it gets patches, it does not push
-  std::string room = {};    ///< of the server's rooms; empty: its first
-  /// Where the name is taken another like it will do ("hand-2"): Welcome says which. Otherwise the station is refused.
+  std::uint16_t order = 0;  ///< requested number of states, 0 = the server's default
+  std::string shadow_of;    ///< name of a station whose tool this one shares: it receives patches but does not push
+  std::string room = {};    ///< one of the server's rooms; empty: its first
+  /// true: the server may assign a similar name ("hand-2"), given in Welcome, when the name is in use. false: it refuses the
+  /// station then.
   bool alike = false;
 };
 
@@ -45,10 +46,10 @@ struct Welcome {
   ContactKind contact = ContactKind::attach;
   double rate_hz = 0;
   Vec3 home = Vec3::Zero();                   ///< attach: the node's rest position; touch: a point just above the surface
-  std::uint32_t vertices = 0, triangles = 0;  ///< of the surface, for viewers
+  std::uint32_t vertices = 0, triangles = 0;  ///< those of the surface, for viewers
   std::uint64_t mesh_hash = 0;
-  double deadband = 0;       ///< patches that would change the force by less than this share of it are not sent, 0 = all are
-  std::string station = {};  ///< name that the station has in the room
+  double deadband = 0;       ///< patches that would change the force by a smaller share are not sent, 0 = all are
+  std::string station = {};  ///< name of the station in the room
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -61,18 +62,18 @@ enum class RefuseReason : std::uint8_t {
   shutting_down
 };
 
-/// Server -> client: not joined, or not any more.
+/// Server -> client: not joined, or no longer.
 struct Refuse {
   RefuseReason reason = RefuseReason::bad_request;
   std::string message;  ///< one line for a person
 };
 
-inline constexpr int kMaxButtonChanges = 4;  ///< of a tool's buttons in one datagram
+inline constexpr int kMaxButtonChanges = 4;  ///< changes of a tool's buttons in one datagram
 
 /// Client -> server: the newest tool samples (client clock, ascending), repeating those of the last datagrams.
 struct Samples {
   std::vector<ToolSample> samples;
-  std::uint32_t playing = 0;     ///< seq of the patch that is played, all of it; 0 = none, or the server has no deadband
+  std::uint32_t playing = 0;     ///< seq of the patch that is played with all its terms; 0 = none, or the server has no deadband
   Orientation orientation = {};  ///< at the last sample
   std::vector<ButtonChange> buttons = {};  ///< the newest changes, ascending, at most kMaxButtonChanges; client's clock
 };
@@ -82,26 +83,26 @@ struct PatchMessage {
   Patch patch;
 };
 
-/// What one side says of the link: of the newest datagrams that it judged, how many did not come, and the longest run of those.
+/// Report of one side about the link: among the newest datagrams that it judged, the number of lost ones and their longest run.
 /// judged = 0: nothing known yet.
 struct LinkReport {
   std::uint16_t judged = 0, lost = 0, longest_run = 0;
   Micros patch_age{};  ///< client -> server: age that patches in use reach before the next takes over, 0 = not known
 };
 
-/// Either way: alive, and how the link does. Server -> client also when there is no patch to send (no contact in reach), and
-/// beside patches now and then.
+/// Either way: keep-alive and report of the link. Server -> client also when there is no patch to send (no contact in reach), and
+/// occasionally in addition to patches.
 struct Beat {
   Micros body_time{};  ///< moment up to which the body is simulated, in the client's clock (server -> client)
   bool contact_in_reach = false;
-  double rate_hz = 0;  ///< frames a second that the room has time for (server -> client), 0 = not said
-  Micros behind{};     ///< how old the body's newest state was when it was computed (server -> client)
+  double rate_hz = 0;  ///< frame rate that the room achieves (server -> client), 0 = not reported
+  Micros behind{};     ///< age of the body's newest state at the time it was computed (server -> client)
   LinkReport link = {};
-  std::uint32_t ticks_late = 0;  ///< of the client's haptic loop since it began (client -> server)
-  /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not said.
+  std::uint32_t ticks_late = 0;  ///< late ticks of the client's haptic loop since it began (client -> server)
+  /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not reported.
   std::uint32_t renewed_from = 0;
-  std::uint16_t resets = 0;  ///< of the body so far (server -> client)
-  SchemeInUse in_use = {};   ///< what the station gets now, and why (server -> client)
+  std::uint16_t resets = 0;  ///< number of resets of the body so far (server -> client)
+  SchemeInUse in_use = {};   ///< current scheme of the station, and its reason (server -> client)
 };
 
 struct Leave {};
@@ -119,32 +120,32 @@ struct MeshPiece {
   std::vector<Triangle> triangles;
 };
 
-/// Largest unit of a shape's numbers: of a stress of 25 GPa.
+/// Largest unit of a shape's numbers: for a stress of 25 GPa.
 inline constexpr double kMaxShapeUnit = 1e8;
 
 /// Server -> viewer: blocks of vertices (shape_blocks.hpp) of one channel that changed up to one moment.
 struct ShapePiece {
   std::uint32_t frame = 0;  ///< grows by one a frame
-  Micros body_time{};       ///< server's clock: only differences mean something to a viewer
+  Micros body_time{};       ///< server's clock: only differences are meaningful to a viewer
   ShapeChannel channel = ShapeChannel::position;
   double unit = 0;                   ///< value = unit * whole number, 0 to kMaxShapeUnit
-  std::vector<std::uint8_t> blocks;  ///< as append_block() wrote them
+  std::vector<std::uint8_t> blocks;  ///< output of append_block()
 };
 
-/// Viewer -> server: which datagrams came, so that what was lost is sent again, and what it wants to see.
+/// Viewer -> server: received datagrams, so that lost ones are sent again, and the requested contents.
 struct ViewState {
   std::uint32_t newest = 0;   ///< head.seq of the newest datagram from the server
-  std::uint64_t have = 0;     ///< bit k: the datagram of seq newest - k came
-  std::uint8_t channels = 0;  ///< bit of each ShapeChannel that is wanted beside the positions
-  std::uint16_t kbit_s = 0;   ///< most that shapes may take, 0 = the server's default
+  std::uint64_t have = 0;     ///< bit k: the datagram of seq newest - k arrived
+  std::uint8_t channels = 0;  ///< one bit for each ShapeChannel requested in addition to the positions
+  std::uint16_t kbit_s = 0;   ///< limit for shapes, 0 = the server's default
 };
 
-/// Server -> viewer, the last datagram of a frame: the tools in the room, and how many pieces of shape went before.
+/// Server -> viewer, the last datagram of a frame: the tools in the room, and the number of shape pieces sent before.
 struct ToolView {
   std::string station;
   Vec3 position = Vec3::Zero(), force = Vec3::Zero();  ///< [m], force on the tool [N]
   bool contact = false;
-  Orientation orientation = {};  ///< the newest that came from the station
+  Orientation orientation = {};  ///< newest one received from the station
   std::uint32_t buttons = 0;     ///< bit n: button n is pressed
 };
 struct Tools {
@@ -154,29 +155,30 @@ struct Tools {
   std::vector<ToolView> tools;
 };
 
-/// Server -> viewer, now and then: how room and stations do.
+/// Server -> viewer, occasionally: state of the room and its stations.
 struct StationView {
   std::string station;
   Micros rtt{}, jitter{};
-  Micros patch_age{};                  ///< that patches in use reach, as the station says
-  std::uint16_t judged = 0, lost = 0;  ///< of the newest datagrams from it
-  std::uint32_t ticks_late = 0;        ///< of its haptic loop, as it says
-  std::uint16_t states = 0;            ///< of its newest patch
+  Micros patch_age{};                  ///< age that patches in use reach, reported by the station
+  std::uint16_t judged = 0, lost = 0;  ///< among the newest datagrams from it
+  std::uint32_t ticks_late = 0;        ///< late ticks of its haptic loop, reported by the station
+  std::uint16_t states = 0;            ///< states of its newest patch
   SchemeInUse in_use = {};
 };
 struct RoomView {
   std::uint32_t nodes = 0;
-  // Of the frames of the last second that stepped the body; 0 where there were none:
-  Micros frame_time{};          ///< mean time from a frame's begin to its patches: steps, linearising, reducing
-  double rate_hz = 0;           ///< how many they were
-  double real_time_factor = 0;  ///< body time simulated per time spent on it
+  // over the frames of the last second that stepped the body; 0 without any:
+  Micros frame_time{};          ///< mean time from the begin of a frame to its patches: steps, linearisation, reduction
+  double rate_hz = 0;           ///< number of those frames
+  double real_time_factor = 0;  ///< body time simulated per computing time
   std::vector<StationView> stations;
-  bool asleep = false;  ///< the body rests and is not stepped
+  bool asleep = false;  ///< true: the body rests and is not stepped
 };
 
-/// Client -> server: put the body back to rest. Who says another count than the server's asked for one that is done.
+/// Client -> server: reset the body to rest. A request with another count than the server's refers to an earlier reset and is
+/// ignored.
 struct Reset {
-  std::uint16_t resets = 0;  ///< as the newest Beat said
+  std::uint16_t resets = 0;  ///< count in the newest Beat
 };
 
 using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece, Tools,
@@ -184,8 +186,8 @@ using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, L
 
 struct Message {
   std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; 0 in a Hello
-  StationId station = 0;       ///< given by the server; 0 in a Hello
-  std::uint32_t seq = 0;       ///< per direction and station, grows by one a datagram
+  StationId station = 0;       ///< assigned by the server; 0 in a Hello
+  std::uint32_t seq = 0;       ///< per direction and station, incremented with every datagram
   ClockStamps clock;
   Body body;
 };

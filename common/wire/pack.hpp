@@ -1,4 +1,4 @@
-// Numbers as the wire holds them: fixed-point positions, float32, 64-bit words in halves, 16-bit steps of a shared size.
+// Number formats of the wire: fixed-point positions, float32, 64-bit words in halves, 16-bit steps of a shared size.
 #pragma once
 
 #include <algorithm>
@@ -18,11 +18,11 @@ inline constexpr double kPositionStepM = 0x1p-27;  ///< a power of two, so that 
 inline constexpr double kMaxMicros = 1e16;         ///< instants lie within +- this (317 years)
 inline constexpr int kShortMax = 32767;
 inline constexpr int kWeightMax = 65535;
-inline constexpr float kCouplingStep = 1.0F / kShortMax;                        ///< of D_ij / sqrt(D_ii D_jj)
-inline constexpr float kVelocityStep = 0x1p-14F, kAccelerationStep = 0x1p-10F;  ///< of other tools [m/s], [m/s^2]
-inline constexpr double kSmallestStep = 1e-9;  ///< of 16-bit numbers; keeps the step exact when the numbers are rounding noise
+inline constexpr float kCouplingStep = 1.0F / kShortMax;                        ///< step of D_ij / sqrt(D_ii D_jj)
+inline constexpr float kVelocityStep = 0x1p-14F, kAccelerationStep = 0x1p-10F;  ///< for other tools [m/s], [m/s^2]
+inline constexpr double kSmallestStep = 1e-9;  ///< for 16-bit numbers; keeps the step exact when the numbers are rounding noise
 
-/// Converts, and remembers whether every number could be carried.
+/// Converts numbers, and remembers whether all could be encoded.
 class Packer {
  public:
   bool ok() const { return ok_; }
@@ -33,7 +33,7 @@ class Packer {
     return ok_ ? static_cast<float>(value) : 0.0f;
   }
   wire::Vec vec(const Vec3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
-  /// The symmetric part.
+  /// Converts the symmetric part.
   wire::Sym sym(const Mat3& m) {
     return {number(m(0, 0)),
             number(0.5 * (m(1, 0) + m(0, 1))),
@@ -47,7 +47,7 @@ class Packer {
     require(is_unit(q));
     return {turn_steps(q.x()), turn_steps(q.y()), turn_steps(q.z()), turn_steps(q.w())};
   }
-  /// Steps of a mesh's rest position, as 24 bits hold them.
+  /// Converts a mesh's rest position to steps in 24 bits.
   std::uint32_t rest(double metres) {
     require(std::abs(metres) <= kWorldExtentM);
     return ok_ ? static_cast<std::uint32_t>(rest_steps(metres)) & 0xffffff : 0;
@@ -75,7 +75,7 @@ class Packer {
   bool ok_ = true;
 };
 
-/// Size of one step when the largest of some numbers is to become +-32767. Encoding decoded numbers gives the same step.
+/// Returns the step size that maps the largest of some numbers to +-32767. Encoding decoded numbers gives the same step.
 inline float short_step(double largest) { return static_cast<float>(std::max(largest / kShortMax, kSmallestStep)); }
 inline std::int16_t to_short(double value, float step) {
   const double steps = std::round(value / static_cast<double>(step));
@@ -91,7 +91,7 @@ inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} 
 inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::int64_t>(from(w))}; }
 inline Vec3 from(const wire::Vec& v) { return {v.x(), v.y(), v.z()}; }
 inline Vec3 from(const wire::Point& p) { return Vec3(p.x(), p.y(), p.z()) * kPositionStepM; }
-/// Of unit length within the rounding: normalising it here would change what it encodes to again.
+/// The result has unit length within the rounding: normalising it here would change its encoding.
 inline Eigen::Quaterniond from(const wire::Turn& t) {
   return Eigen::Quaterniond(Eigen::Vector4d(t.x(), t.y(), t.z(), t.w()) / kShortMax);
 }

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-/// Walks over numbers whose count was checked before.
+/// Iterates over numbers whose count was checked before.
 template <class T>
 class Walk {
  public:
@@ -20,7 +20,7 @@ class Walk {
   flatbuffers::uoffset_t at_ = 0;
 };
 
-/// The number of modes whose numbers fill `count` floats, -1 when there is none.
+/// Returns the number of modes whose numbers fill `count` floats, -1 when there is none.
 int modes_of(int count, int (*floats)(int)) {
   for (int r = 0; r <= kMaxModes; ++r)
     if (floats(r) == count) return r;
@@ -133,7 +133,7 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
     other.normal = unpack_normal(sent.normal_u(), sent.normal_v());
     other.rows.resize(3, r);
     for (int m = 0; m < r; ++m) {
-      const double step = table.floats()->Get(static_cast<flatbuffers::uoffset_t>(3 * r + m));  // as of the patch's vertices
+      const double step = table.floats()->Get(static_cast<flatbuffers::uoffset_t>(3 * r + m));  // as for the patch's vertices
       for (int k = 0; k < 3; ++k) other.rows(k, m) = rows.next() * step;
     }
   }

@@ -42,7 +42,7 @@ bool has_modes_in_order(const Patch& patch) {
   return std::ranges::all_of(patch.others.tools(), [&](const OtherTool& other) { return other.rows.cols() == r; });
 }
 
-/// Asked before numbers are scaled to 16 bits: the largest of some numbers says nothing when one is not a number.
+/// Checked before numbers are scaled to 16 bits: their maximum is meaningless when one is not finite.
 bool has_finite_surface(const Patch& patch) {
   if (!patch.q_rate.allFinite() || !patch.point.weight.allFinite()) return false;
   for (const auto& vertex : std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count)))
@@ -55,7 +55,7 @@ bool has_finite_surface(const Patch& patch) {
 void add_modes(Floats& floats, Shorts& shorts, pack::Packer& packer, const Patch& patch) {
   const int r = patch.modes();
   for (int i = 0; i < r; ++i) floats.add(packer.number(patch.stiffness[i]));
-  std::array<double, kMaxModes> own{};  // as they travel
+  std::array<double, kMaxModes> own{};  // as encoded
   for (int i = 0; i < r; ++i) {
     const float d = packer.number(patch.damping(i, i));
     floats.add(d);
@@ -81,7 +81,7 @@ std::int16_t pack_triangle(pack::Packer& packer, const Triangle& triangle) {
   return packer.ok() ? static_cast<std::int16_t>(pack_corners(triangle)) : std::int16_t{0};
 }
 
-/// None at all where every vertex has the normal of its triangles.
+/// Returns no normals at all where every vertex has the normal of its triangles.
 Normals normals_of(const PortSurface& surface) {
   const auto vertices = std::span(surface.vertices).first(static_cast<std::size_t>(surface.vertex_count));
   Normals normals;
@@ -92,7 +92,7 @@ Normals normals_of(const PortSurface& surface) {
   return normals;
 }
 
-/// The moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
+/// Adds the moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
 float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::Packer& packer, const Patch& patch,
                   const Vec3& origin) {
   const int r = patch.modes();
@@ -164,7 +164,7 @@ wire::PatchHead head_of(const Patch& patch, pack::Packer& packer) {
 
 constexpr double kNormalMost = 32767;
 
-/// Outwards from the octahedron's upper half; its own inverse.
+/// Folds outwards from the octahedron's upper half; its own inverse.
 std::array<double, 2> folded(double x, double y) {
   return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
 }
@@ -256,7 +256,7 @@ void leave_room_for_rounding(Patch& patch) {
 
 namespace {
 
-/// Of load_rate, other tools and branches, with alignment.
+/// Size of load_rate, other tools and branches, with alignment.
 int extra_bytes(int modes, bool loaded, int others, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
   constexpr int kOthersOverheadBytes = 28, kOtherToolBytes = 56;
@@ -268,7 +268,7 @@ int extra_bytes(int modes, bool loaded, int others, int branches, int variables)
 }  // namespace
 
 int max_port_vertices(int modes, int triangles, bool loaded, int branches, int others) {
-  constexpr int kOverheadBytes = 224;  // of a touch patch without what its vectors hold, with alignment
+  constexpr int kOverheadBytes = 224;  // size of a touch patch without the contents of its vectors, with alignment
   constexpr int kNormalBytes = 4;
   const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes -
                          extra_bytes(modes, loaded, others, branches, modes) - 4 * touch_floats(modes) -
@@ -282,7 +282,7 @@ int max_port_vertices(int modes, int triangles, bool loaded, int branches, int o
 }
 
 int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
-  constexpr int kAttachBytes = 212;  // of a grasp without what its vectors hold, with alignment
+  constexpr int kAttachBytes = 212;  // size of a grasp without the contents of its vectors, with alignment
   int modes = kMaxModes;
   if (contact == ContactKind::attach) {
     const auto bytes_of = [&](int r) {

@@ -1,4 +1,4 @@
-// The patch as a FlatBuffers table. What a contact kind or a constant patch does not use does not travel.
+// The patch as a FlatBuffers table. Fields that a contact kind or a constant patch does not use are not sent.
 #pragma once
 
 #include <array>
@@ -11,14 +11,15 @@ namespace palpate {
 flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch);
 WireFault read_patch(const wire::Patch& table, Patch& patch);
 
-/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes; the couplings of D are shorts of both kinds.
+/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes; the couplings of D are shorts for both kinds of
+/// contact.
 inline constexpr int attach_floats(int r) { return 10 * r; }
 inline constexpr int touch_floats(int r) { return 4 * r + (r > 0 ? 1 : 0); }
 inline constexpr int coupling_shorts(int r) { return r * (r - 1) / 2; }
 inline constexpr int surface_shorts(int r, int vertices) { return r + 3 * (vertices - 1) + 3 * vertices * r; }
 
 /// A unit vector in two numbers of 16 bits: projected onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded
-/// outwards; 0 to 65534 for -1 to 1. Right to 5e-5. kNoNormal twice: none.
+/// outwards; 0 to 65534 for -1 to 1. Accurate to 5e-5. kNoNormal twice: none.
 inline constexpr std::uint16_t kNoNormal = 65535;
 std::array<std::uint16_t, 2> pack_normal(const Vec3& normal);
 Vec3 unpack_normal(std::uint16_t u, std::uint16_t v);
@@ -35,7 +36,7 @@ enum TermsFlag : std::uint8_t {
   kOgdenFlag = 128,
   kLawFlags = kCorotationalFlag | kMooneyRivlinFlag | kVerondaWestmannFlag | kOgdenFlag
 };
-/// Of laws, in their order.
+/// Flags of the laws, in their order.
 inline constexpr std::array<std::uint8_t, 5> kFlagOfLaw{kCorotationalFlag, 0, kMooneyRivlinFlag, kVerondaWestmannFlag,
                                                         kOgdenFlag};
 

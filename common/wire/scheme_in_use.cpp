@@ -3,7 +3,7 @@
 namespace palpate {
 namespace {
 
-/// In tenths below ten.
+/// Formats with tenths below ten.
 std::string ms_of(Micros time) {
   const auto tenths = (time.count() + 50) / 100;
   if (tenths >= 100) return std::to_string((tenths + 5) / 10);

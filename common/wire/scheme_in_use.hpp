@@ -1,5 +1,5 @@
-// The scheme that a station asks for, and the one that it gets: who asks for none in particular (`auto`) gets the nonlinear one
-// (`hyper`) where the server has the time for it and the link carries it, and `port` where not.
+// The scheme that a station requests, and the one that it gets. A station that lets the server choose (`auto`) gets the nonlinear
+// one (`hyper`) where it fits into the server's time and the link's losses, and `port` otherwise.
 #pragma once
 
 #include <optional>
@@ -11,36 +11,36 @@
 
 namespace palpate {
 
-/// Nothing: the server chooses, frame by frame.
+/// Empty: the server chooses, frame by frame.
 using SchemeAsked = std::optional<Scheme>;
-/// What a server that cannot choose gives to who asks for no scheme in particular.
+/// Scheme for `auto` from a server that cannot choose.
 inline constexpr Scheme kWithoutChoice = Scheme::port;
 
 inline constexpr std::string_view kAutoName = "auto";
-/// Of the datagrams to a station that may get lost: a nonlinear patch takes several, and all of them have to come.
+/// Largest share of lost datagrams to a station: a nonlinear patch needs several, and all of them have to arrive.
 inline constexpr double kNonlinearLossMost = 0.1;
 
 inline std::string_view name_of(SchemeAsked asked) { return asked ? name_of(*asked) : kAutoName; }
 
-/// Why a station gets the scheme that it gets.
+/// Reason for the scheme that a station gets.
 enum class SchemeReason : std::uint8_t {
-  not_said,               ///< by a server that knows no `auto`, or nothing was felt yet
-  asked,                  ///< the station named the scheme
-  not_known_yet,          ///< what patches cost was not measured so far
+  not_said,               ///< the server does not know `auto`, or nothing was felt yet
+  asked,                  ///< the station requested the scheme
+  not_known_yet,          ///< the cost of patches was not measured so far
   fits,                   ///< a nonlinear patch fits
-  fits_without_rollouts,  ///< it does, but there is no time to look where the hand may go
-  server_busy,            ///< it does not fit the station's share of the frame
-  link_lossy,             ///< the link loses too much of it
+  fits_without_rollouts,  ///< it does, but there is no time to predict the hand's motion
+  server_busy,            ///< a nonlinear patch exceeds the station's share of the frame
+  link_lossy,             ///< the link loses too many datagrams of a nonlinear patch
 };
 
 struct SchemeInUse {
-  Scheme scheme = Scheme::hold;  ///< without meaning where the reason is `not_said`
+  Scheme scheme = Scheme::hold;  ///< meaningless where the reason is `not_said`
   SchemeReason reason = SchemeReason::not_said;
-  Micros cost{};   ///< that a nonlinear patch takes the server, 0 = not known
-  Micros limit{};  ///< that it may take
+  Micros cost{};   ///< server time for a nonlinear patch, 0 = not known
+  Micros limit{};  ///< largest permitted cost
 };
 
-/// "hyper, a patch takes 9 of the 30 ms that it may"; empty where nothing was said.
+/// Returns for example "hyper, a patch takes 9 of the 30 ms that it may"; empty without a report.
 std::string describe(const SchemeInUse& in_use);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// The receiver's checks: remembers the first thing that is wrong with a message.
+// The receiver's checks: stores the first fault of a message.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ class Sense {
   void force(const Vec3& v) { vec(v, kMaxForceN); }
   void orientation(const Eigen::Quaterniond& q) { that(is_unit(q)); }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
-  /// Text goes into logs, files and onto screens: bounded, UTF-8, and nothing in it that cannot be seen.
+  /// Text appears in logs, files and on screens: bounded, UTF-8, and completely visible.
   void text(std::string_view s, std::size_t least, std::size_t most) {
     that(s.size() >= least && s.size() <= most);
     that(is_plain_text(s));

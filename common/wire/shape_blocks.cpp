@@ -15,7 +15,7 @@ std::int32_t read_signed_24(const std::uint8_t* at) { return static_cast<std::in
 
 std::size_t packed_bytes(std::size_t count, int bits) { return (count * static_cast<std::size_t>(bits) + 7) / 8; }
 
-/// Numbers k, k + stride, ... of `numbers` less `low`, `bits` each.
+/// Appends numbers k, k + stride, ... of `numbers` minus `low`, `bits` each.
 void append_packed(std::span<const std::int32_t> numbers, std::size_t k, std::size_t stride, std::int32_t low, int bits,
                    std::vector<std::uint8_t>& out) {
   std::uint64_t held = 0;
@@ -27,7 +27,7 @@ void append_packed(std::span<const std::int32_t> numbers, std::size_t k, std::si
   if (count > 0) out.push_back(static_cast<std::uint8_t>(held & 0xff));
 }
 
-/// The reverse; false when a number is out of range.
+/// The reverse; returns false when a number is out of range.
 bool read_packed(const std::uint8_t* at, std::size_t k, std::size_t stride, std::size_t end, std::int32_t low, int bits,
                  std::array<std::int32_t, 3 * kBlockVertices>& numbers) {
   const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;

@@ -1,33 +1,34 @@
-// The C interface of Force Dimension's DHD and DRD (libdhd.so, libdrd.so), as far as it is used here: numbers and signatures of a
-// Linux x86-64 library, written down from its published reference. Names are the vendor's, so that its manual can be searched.
+// The part of the C interface of Force Dimension's DHD and DRD (libdhd.so, libdrd.so) that is used here: numbers and signatures
+// of a Linux x86-64 library, written down from its published reference. The names are the vendor's, so that its manual can be
+// searched.
 //
-// Getters and setters return 0, or -1 and keep the reason for dhdErrorGetLast(), or a positive number that is no error.
+// Getters and setters return 0, or -1 with the reason in dhdErrorGetLast(), or a positive number that is no error.
 #pragma once
 
 namespace palpate::dhd {
 
 inline constexpr int kOn = 1, kOff = 0;
-inline constexpr int kTimeGuard = 1;       ///< a getter was asked too soon: the last value again
-inline constexpr int kMotorSaturated = 2;  ///< a setter was asked for more than the motors give
+inline constexpr int kTimeGuard = 1;       ///< a getter was called too soon and returned the last value again
+inline constexpr int kMotorSaturated = 2;  ///< a setter asked for more than the motors can give
 
 namespace error {
 inline constexpr int kNone = 0, kError = 1, kCommunication = 2, kBusy = 3, kNoDriver = 4, kNoDevice = 5, kNotAvailable = 6,
                      kTimeout = 7, kExpertModeDisabled = 9, kNotReady = 12, kNotEnabled = 19, kInUse = 20;
 }
 
-/// Of dhdGetSystemType().
+/// Results of dhdGetSystemType().
 namespace type {
 inline constexpr int kOmega3 = 33, kOmega6Right = 34, kOmega7Right = 35, kOmega6Left = 36, kOmega7Left = 37, kFalcon = 60,
                      kDelta3 = 63, kSigma7Right = 104, kSigma7Left = 105, kLambda7Right = 108, kLambda7Left = 109,
                      kLambda6Right = 131, kLambda6Left = 132, kLambda3 = 203, kSigma3 = 206;
 }
 
-/// Places in what dhdGetStatus() fills.
+/// Indices into the array that dhdGetStatus() fills.
 namespace status {
 inline constexpr int kForce = 5, kWristDetected = 8, kForceOffCause = 14, kCount = 17;
 }
 
-/// Why the device took its force away.
+/// Reasons for which the device switched its force off.
 namespace force_off {
 inline constexpr int kNone = 0, kButton = 1, kVelocity = 2, kWatchdog = 3, kSoftware = 4, kUsb = 5, kDeadMan = 6;
 }
@@ -51,8 +52,8 @@ struct Functions {
   int (*dhdErrorGetLast)();
   const char* (*dhdErrorGetStr)(int code);
   int (*dhdEnableExpertMode)();
-  int (*dhdSetWatchdog)(unsigned char units, char id);  ///< of 125 us, 0: off
-  // of libdrd alone; null in libdhd
+  int (*dhdSetWatchdog)(unsigned char units, char id);  ///< in units of 125 us, 0: off
+  // only in libdrd; null in libdhd
   int (*drdOpenID)(char index);
   int (*drdClose)(char id);
   bool (*drdIsSupported)(char id);
@@ -61,7 +62,7 @@ struct Functions {
   bool (*drdIsInitialized)(char id);
 };
 
-/// Of libdrd.so, which holds libdhd's functions too, or of libdhd.so, loaded once. Throws InputError when neither is there.
+/// Functions of libdrd.so, which contains libdhd's too, or of libdhd.so, loaded once. Throws InputError when neither is found.
 const Functions& functions();
 
 }  // namespace palpate::dhd

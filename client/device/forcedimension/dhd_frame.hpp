@@ -14,8 +14,8 @@ namespace palpate::dhd {
 inline Vec3 to_w(const Vec3& d) { return {d.y(), -d.x(), d.z()}; }
 inline Vec3 to_d(const Vec3& w) { return {-w.y(), w.x(), w.z()}; }
 
-/// From the orientation frame, whose columns are the end effector's axes in D (matrix[row][column]): R_WT. Held level before a
-/// person its x points to the person, y to the right, z up: T (device.hpp) has z there, x and y.
+/// Returns R_WT from the orientation frame, whose columns are the end effector's axes in D (matrix[row][column]). Held level
+/// before a person, its x points to the person, y to the right, z up: these are z, x and y of T (device.hpp).
 inline Eigen::Quaterniond orientation_from(const double matrix[3][3]) {
   Mat3 r_wt;
   for (int axis = 0; axis < 3; ++axis) {

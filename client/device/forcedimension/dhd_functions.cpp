@@ -8,7 +8,7 @@ namespace palpate::dhd {
 
 namespace {
 
-/// Where the vendor's own loader looks, then the usual places.
+/// The folders of the vendor's own loader, then the usual ones.
 std::vector<std::string> sdk_folders() {
   std::vector<std::string> folders;
   if (const char* sdk = std::getenv("FDSDK")) folders.push_back(std::string(sdk) + "/lib");

@@ -12,9 +12,9 @@ namespace {
 
 constexpr Micros kWatchdogUnit{125};
 static_assert(kWatchdog / kWatchdogUnit <= 255, "the device counts it in a byte");
-constexpr int kCheckTurns = 100;         // between two looks at the device's status: 50 ms
-constexpr int kChecksUntilForceOn = 20;  // a second without force, then it is asked for again
-constexpr double kPeakInS = 0.004;       // a step to the peak force in four ticks is felt as a knock, not as a blow
+constexpr int kCheckTurns = 100;         // between two checks of the device's status: 50 ms
+constexpr int kChecksUntilForceOn = 20;  // a second without force, after which it is requested again
+constexpr double kPeakInS = 0.004;       // a step to the peak force in four ticks feels like a knock, not a blow
 constexpr int kButtons = 8;
 
 const char* why_force_is_off(int cause) {
@@ -54,7 +54,7 @@ Session::Session(const Functions& functions, int index, DriverExchange& exchange
   read_caps(index);
   dhd_.dhdSetGravityCompensation(kOn, id);
   if (caps_.force_max_n > 0) dhd_.dhdSetMaxForce(caps_.force_max_n, id);
-  dhd_.dhdEnableExpertMode();  // that the watchdog is set in
+  dhd_.dhdEnableExpertMode();  // required to set the watchdog
   if (dhd_.dhdSetWatchdog(static_cast<unsigned char>(kWatchdog / kWatchdogUnit), id) < 0)
     caps_.model += ", which has no watchdog of its own";
   dhd_.dhdEnableForce(kOn, id);
@@ -109,7 +109,7 @@ bool Session::must_home() const { return drd_ && !dhd_.drdIsInitialized(static_c
 
 bool Session::home() noexcept {
   const auto id = static_cast<char>(id_);
-  dhd_.dhdEnableForce(kOn, id);  // which the watchdog may have taken while the person was warned
+  dhd_.dhdEnableForce(kOn, id);  // the watchdog may have switched it off during the warning
   const bool done = dhd_.drdAutoInit(id) >= 0;
   dhd_.drdStop(done, id);  // ends the motion control; the force stays on
   dhd_.dhdEnableForce(kOn, id);
@@ -149,7 +149,7 @@ DeviceReading Session::measure() noexcept {
   return reading;
 }
 
-/// A force that the device took away is asked for again after a second, unless a person took it.
+/// Requests a force that the device switched off again after a second, unless a person switched it off.
 void Session::look_after_force() noexcept {
   const auto id = static_cast<char>(id_);
   until_check_ = kCheckTurns;
@@ -178,7 +178,7 @@ void Session::note(int code) noexcept {
   else if (code == error::kNotReady)
     not_ready_ = true;
   else if (code == error::kNotEnabled)
-    until_check_ = 0;  // the status will say why
+    until_check_ = 0;  // the status gives the reason
   else if (code == error::kTimeout)
     gate_.refuse("it did not answer in time");
   else

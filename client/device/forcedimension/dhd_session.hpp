@@ -1,10 +1,10 @@
 // One device that DHD has open, and one exchange with it:
 //
-//     read position, orientation and buttons, hand the reading over and take the newest force (driver_exchange.hpp), send it.
+//     read position, orientation and buttons, exchange them for the newest force (driver_exchange.hpp), send the force.
 //
-// A force goes out in every turn, zero where there is none: gravity compensation is computed on the host and sent along with it,
-// so an arm that gets no force command sinks. Torque and grip are sent as zero; devices without them ignore that.
-// The device's own watchdog is armed: it takes the force away when the host, or this program, sends nothing for kWatchdog.
+// A force is sent in every turn, zero where there is none: gravity compensation is computed on the host and sent along with it,
+// so an arm without force commands sinks. Torque and grip are sent as zero; devices without them ignore that. The device's own
+// watchdog is armed: it switches the force off when the host, or this program, sends nothing for kWatchdog.
 #pragma once
 
 #include "client/device/device.hpp"
@@ -15,23 +15,23 @@
 namespace palpate::dhd {
 
 inline constexpr double kTurnHz = 2000;
-inline constexpr double kVelocityMaxMS = 5;  ///< faster than people move a handle; the device has a limit of its own
+inline constexpr double kVelocityMaxMS = 5;  ///< faster than people move a handle; the device has its own limit
 inline constexpr Micros kWatchdog{20'000};
 
 class Session {
  public:
-  /// Opens the device of that number, 0 the first. Throws InputError when there is none or it is in use.
+  /// Opens the device with that number, 0 is the first. Throws InputError when there is none or it is in use.
   Session(const Functions& functions, int index, DriverExchange& exchange);
-  /// Sends zero force, takes it off and closes.
+  /// Sends zero force, switches the force off and closes.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   const DeviceCaps& caps() const { return caps_; }
-  bool lost() const { return lost_; }  ///< the connection broke: close, and open anew
-  /// It moves by itself before it can be used.
+  bool lost() const { return lost_; }  ///< true: the connection broke; close, and open anew
+  /// True when the device has to home, which moves it, before it can be used.
   bool must_home() const;
-  /// Moves by itself, for seconds. False when it could not.
+  /// Homes the device, which moves it for seconds. Returns false on failure.
   bool home() noexcept;
   void turn() noexcept;
 

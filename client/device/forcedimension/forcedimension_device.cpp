@@ -19,9 +19,9 @@ namespace {
 
 constexpr Micros kOpenEvery{1'000'000}, kHangsAfter{200'000}, kHangPoll{1'000}, kWarnEvery{10'000};
 constexpr auto kTurn = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / dhd::kTurnHz));
-constexpr int kRealtimePriority = 49;  // of the 1 kHz loop too
+constexpr int kRealtimePriority = 49;  // same as that of the 1 kHz loop
 
-/// As the 1 kHz loop asks. Where it is denied the exchange is less regular, as the loop itself is, which says so.
+/// Requests the priority of the 1 kHz loop. When denied, the exchange is less regular, like the loop itself, which reports it.
 void ask_for_priority() noexcept {
   sched_param priority{};
   priority.sched_priority = kRealtimePriority;
@@ -31,7 +31,7 @@ void ask_for_priority() noexcept {
 
 }  // namespace
 
-/// What the thread and the device share; the thread may be the last to have it, when a call of the library hangs.
+/// State shared by thread and device; the thread may be its last owner when a call of the library hangs.
 struct ForceDimensionDevice::Driver {
   explicit Driver(const ForceDimensionOptions& given) : options(given) {}
 
@@ -53,7 +53,7 @@ struct ForceDimensionDevice::Driver {
     ended = true;
   }
 
-  /// A moment later when the device is still away.
+  /// Reopens the device. Waits a moment when it is still away.
   bool open_again() noexcept {
     pause(kOpenEvery, not_ok(DeviceState::gone, "the connection to it broke"));
     if (ends) return false;
@@ -62,7 +62,7 @@ struct ForceDimensionDevice::Driver {
     } catch (const std::exception&) {
       return false;
     }
-    // Another device has other limits than those that the guard was given.
+    // Another device has other limits than those known to the guard.
     if (session->caps().model != model) session.reset();
     return session != nullptr;
   }
@@ -86,7 +86,7 @@ struct ForceDimensionDevice::Driver {
     auto due = std::chrono::steady_clock::now();
     while (!ends && !session->lost()) {
       session->turn();
-      due = std::max(due + kTurn, std::chrono::steady_clock::now());  // turns that were missed are not made up for
+      due = std::max(due + kTurn, std::chrono::steady_clock::now());  // missed turns are not made up for
       std::this_thread::sleep_until(due);
     }
     if (session->lost()) session.reset();

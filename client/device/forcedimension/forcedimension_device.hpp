@@ -1,10 +1,10 @@
 // Device `forcedimension`: omega, delta, sigma, lambda, and a Falcon, through Force Dimension's libdrd.so or libdhd.so.
 //
-// The library has no thread of its own for this: it is called from one of ours, kTurnHz times a second, which exchanges the
-// newest reading and force with the 1 kHz loop (driver_exchange.hpp), so that a call that waits for the USB does not make the
-// loop wait. That thread also homes the device, which then moves by itself, and opens it again once a second when the connection
-// broke. Several devices may be open at once. A call that hangs cannot be ended: the thread is then left to itself when the
-// device is destroyed, and closes what it has when the call returns.
+// The library has no thread of its own for this: one of our threads calls it kTurnHz times a second and exchanges the newest
+// reading and force with the 1 kHz loop (driver_exchange.hpp), so that a call that waits for the USB does not delay the loop.
+// That thread also homes the device, which then moves by itself, and reopens it once a second after the connection broke. Several
+// devices may be open at once. A call that hangs cannot be aborted: when the device object is destroyed, the thread is abandoned
+// and closes its device when the call returns.
 #pragma once
 
 #include <memory>
@@ -14,14 +14,14 @@
 namespace palpate {
 
 struct ForceDimensionOptions {
-  int index = 0;                ///< among the devices that the library sees, the first is 0
-  Micros hands_off{3'000'000};  ///< from the warning that it will move by itself until it does
-  bool own_thread = true;       ///< false, for tests: turn() is called by who made it, and it is never homed or opened again
+  int index = 0;                ///< index among the devices that the library sees, the first is 0
+  Micros hands_off{3'000'000};  ///< time from the warning that the device will move by itself until it does
+  bool own_thread = true;       ///< false, for tests: the caller calls turn(), and the device is never homed or reopened
 };
 
 class ForceDimensionDevice final : public Device {
  public:
-  /// Throws InputError when the library or the device is not there, or the device is open already.
+  /// Throws InputError when the library or the device is missing, or the device is open already.
   explicit ForceDimensionDevice(const ForceDimensionOptions& options = {});
   ~ForceDimensionDevice() override;
   ForceDimensionDevice(const ForceDimensionDevice&) = delete;

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 enum class Node : std::uint8_t { usb, serial };
 
 struct KnownUsb {
-  std::string_view vendor, product;  ///< hexadecimal as sysfs has them; an empty product: all of the vendor's
+  std::string_view vendor, product;  ///< hexadecimal as in sysfs; empty product: all of the vendor's
   std::string_view kind, text;
   Node node;
 };
@@ -42,7 +42,7 @@ std::string line_of(const fs::path& file) {
   return line;
 }
 
-/// The serial port that the kernel made of it, under one of its interfaces.
+/// Returns the serial port that the kernel created for the device, under one of its interfaces.
 fs::path serial_node(const fs::path& device, const fs::path& devices) {
   std::error_code ignored;
   for (const auto& interface : fs::directory_iterator(device, ignored))

@@ -13,7 +13,7 @@ namespace {
 
 std::string_view kind_of(std::string_view name) { return name.substr(0, name.find(':')); }
 
-/// Behind the colon.
+/// Returns the part behind the colon.
 std::string which_of(std::string_view name) {
   const std::size_t colon = name.find(':');
   return std::string(colon == std::string_view::npos ? "" : name.substr(colon + 1));

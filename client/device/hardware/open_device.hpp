@@ -1,4 +1,4 @@
-// Devices that a hand can hold, by the name that --device takes: KIND or KIND:WHICH.
+// Devices for a hand, by their --device name: KIND or KIND:WHICH.
 #pragma once
 
 #include <memory>
@@ -9,16 +9,16 @@
 
 namespace palpate {
 
-/// Of those below, separated by `|`, for texts.
+/// The kinds below, separated by `|`, for texts.
 inline constexpr std::string_view kHardwareKinds = "openhaptics|forcedimension|hid";
 
-/// Whether `name` begins with a kind of the hardware that this build knows.
+/// True when `name` begins with a hardware kind that this build knows.
 bool is_hardware(std::string_view name);
 
-/// openhaptics[:NAME of the vendor's setup program], forcedimension[:NUMBER from 0], hid[:WHICH[,KEY=VALUE]...]
-/// (hid/hid_settings.hpp). `on_thread` is called first by each thread that Palpate makes for it, for example to ask for real
-/// time. Throws InputError when the name is none, the vendor's library is missing, or the device does not open; what it takes to
-/// have it is said.
+/// Opens openhaptics[:NAME in the vendor's setup program], forcedimension[:NUMBER from 0] or hid[:WHICH[,KEY=VALUE]...]
+/// (hid/hid_settings.hpp). `on_thread` is called first by each thread that Palpate creates for the device, for example to request
+/// real time. Throws InputError, with the remedy, for an unknown name, a missing vendor's library, or a device that does not
+/// open.
 std::unique_ptr<Device> open_hardware(const std::string& name, void (*on_thread)() = nullptr);
 
 }  // namespace palpate

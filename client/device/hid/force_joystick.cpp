@@ -40,7 +40,7 @@ Report report_of(const ReportDescriptor& descriptor, const HidField& field) {
   return report;
 }
 
-/// A field that has to be in this very report; a descriptor may spread what belongs together over several.
+/// Returns a field that must be in this very report; a descriptor may spread related fields over several reports.
 const HidField& need_in(const Report& report, const ReportDescriptor& descriptor, HidReportKind kind, std::uint32_t usage,
                         std::uint32_t within, const char* name) {
   const HidField& field = need(descriptor, kind, usage, within, name);
@@ -49,7 +49,7 @@ const HidField& need_in(const Report& report, const ReportDescriptor& descriptor
   return field;
 }
 
-/// Writes a value where the descriptor has a field for it in this very report.
+/// Writes a value if the descriptor has a field for it in this very report.
 void set_if(const ReportDescriptor& descriptor, Report& report, HidReportKind kind, std::uint32_t usage, std::uint32_t within,
             std::int64_t value) {
   const HidField* field = descriptor.find(kind, usage, within);
@@ -76,7 +76,7 @@ void full_gain(HidTransport& transport, const ReportDescriptor& descriptor) {
   must_write(transport, report, "its gain");
 }
 
-/// The index of a new constant effect.
+/// Returns the index of a new constant effect.
 std::int64_t create_effect(HidTransport& transport, const ReportDescriptor& descriptor) {
   const HidField& type =
       need(descriptor, HidReportKind::feature, kConstantType, kCreate, "Create New Effect with a constant force");
@@ -112,7 +112,7 @@ void set_direction(const ReportDescriptor& descriptor, Report& report, int quart
     if (field.kind != HidReportKind::output || field.array || field.bits > 32 || !holds(field, report)) continue;
     if (field.collection < 0 || descriptor.collections()[static_cast<std::size_t>(field.collection)].usage != kDirection)
       continue;
-    // A whole turn is the range, which may leave out its last step (0 to 255) or not (0 to 36000).
+    // A whole turn is the range, which may exclude its last step (0 to 255) or include it (0 to 36000).
     set_value(field, report,
               field.logical_min + std::llround(static_cast<double>(field.logical_max - field.logical_min) * quarters / 4));
     return;

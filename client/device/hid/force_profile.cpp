@@ -46,7 +46,7 @@ void expect_one_report(const HidField& first, const HidField& other) {
                      "one report of each kind");
 }
 
-/// The feature report's numbers by usage.
+/// Numbers of the feature report, by usage.
 class Limits {
  public:
   Limits(HidTransport& transport, const ReportDescriptor& descriptor) : descriptor_(descriptor) {

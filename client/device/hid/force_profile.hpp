@@ -1,12 +1,12 @@
 // The host's side of the force-device profile (docs/reference/hid-profile.md; firmware/force_hid.h has its bytes).
 //
-// Fields are found by usage, so a device may order, number and lengthen its reports as it likes. Positions come in nanometres
-// and become metres, forces go in millinewtons, rounded to the nearest; the device's axes are frame W's.
+// Fields are found by usage, so a device may order, number and lengthen its reports freely. Positions arrive in nanometres and
+// become metres, forces leave in millinewtons, rounded to the nearest; the device's axes are those of frame W.
 //
-// The host arms by an edge: it sends a report without ARM until the device says READY, one more, and then ARM. After a time-out
-// of the device's watchdog that begins anew by itself; a fault is cleared kFaultHold after the device first said it, and only the
-// device decides whether its cause is gone. Forces that are armed go with RAMP, so that the device brings them up over its own
-// ramp, whatever the host asks for in its first tick.
+// The host arms by an edge: it sends reports without ARM until the device reports READY, one more, and then ARM. After a time-out
+// of the device's watchdog that sequence restarts by itself. A fault is cleared kFaultHold after the device first reported it,
+// and only the device decides whether its cause is gone. Armed forces are sent with RAMP, so that the device raises them over its
+// own ramp, whatever the host asks for in its first tick.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ class ForceProfile final : public HidProtocol {
   static constexpr Micros kSilenceMax{20'000};
   static constexpr Micros kFaultHold{1'000'000};
   static constexpr int kRateLeastHz = 100;
-  /// Reports with ARM that a READY device may leave without effect before the host begins anew.
+  /// Number of reports with ARM that a READY device may ignore before the host restarts the sequence.
   static constexpr int kArmingTries = 50;
 
   DeviceCaps begin(HidTransport& transport) override;
@@ -32,7 +32,7 @@ class ForceProfile final : public HidProtocol {
   bool send(HidTransport& transport, const HidCommand& command, Micros now) noexcept override;
   Micros silence_max() const noexcept override { return kSilenceMax; }
 
-  /// Whether a descriptor is one of this profile, whatever else it says.
+  /// True for a descriptor of this profile, whatever else it contains.
   static bool is(const ReportDescriptor& descriptor);
 
  private:
@@ -49,12 +49,12 @@ class ForceProfile final : public HidProtocol {
 
   InputFields in_;
   OutputFields out_;
-  std::vector<std::byte> report_;  ///< of output
+  std::vector<std::byte> report_;  ///< output report
   std::uint16_t sequence_ = 0;
-  // The reader's word to the writer.
+  // written by the reader, read by the writer
   std::atomic<std::uint8_t> state_{FORCE_HID_STATE_HOMING};
-  // The writer's.
-  bool disarmed_ = false;  ///< a report without ARM was sent since the device said READY
+  // state of the writer
+  bool disarmed_ = false;  ///< true: a report without ARM was sent since the device reported READY
   int tries_ = 0;
   std::uint8_t seen_ = FORCE_HID_STATE_HOMING;
   Micros fault_since_{};

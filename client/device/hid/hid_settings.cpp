@@ -10,13 +10,13 @@ namespace {
 
 constexpr const char* kFlag = "--device hid";
 
-/// Takes values out by key; at its end() none may be left.
+/// Removes values by key; none may remain at its end().
 class Taking {
  public:
   Taking(std::map<std::string, std::string> values, std::string kind, std::string keys)
       : values_(std::move(values)), kind_(std::move(kind)), keys_(std::move(keys)) {}
 
-  /// Empty when it is not there.
+  /// Returns empty text for a missing key.
   std::string text(const std::string& key) {
     const auto found = values_.find(key);
     if (found == values_.end()) return {};

@@ -1,8 +1,8 @@
-// Which HID device, and how it is to be used, as one writes it behind "hid:":
+// The choice of a HID device and its settings, as written behind "hid:":
 //
 //     [WHICH][,KEY=VALUE]...        for example  7      ,control=position      hidraw2,force-n=4,flip=y
 //
-// WHICH: a serial number, or the node (hidraw2, /dev/hidraw2); empty: the only one there is.
+// WHICH: a serial number, or the node (hidraw2, /dev/hidraw2); empty: the only device present.
 //
 //     six-axis mouse:  control=rate|position  axes=x-y-z  speed-m-s=0.15  reach-m=0.06
 //     PID joystick:    force-n=4 (at full magnitude; has to be given)  reach-m=0.05  flip=x|y|xy
@@ -19,11 +19,11 @@ namespace palpate {
 
 class HidSettings {
  public:
-  /// Throws InputError at what is no KEY=VALUE, or a key that is there twice.
+  /// Throws InputError for anything but KEY=VALUE, and for a repeated key.
   explicit HidSettings(std::string_view text);
 
   const std::string& which() const { return which_; }
-  /// For a device of that kind; throw InputError at a key that it does not have, or a value out of range.
+  /// Return the options of that kind of device. Throw InputError for a key that the kind does not have, or a value out of range.
   SpaceMouseOptions space_mouse() const;
   ForceJoystickOptions force_joystick() const;
   void force_profile() const;

@@ -15,11 +15,11 @@ class HidTransport {
  public:
   virtual ~HidTransport() = default;
   virtual std::span<const std::byte> descriptor() const = 0;
-  /// Bytes of the next input report, 0 when none came within `wait`, negative when the device is gone.
+  /// Returns the size of the next input report, 0 when none came within `wait`, negative when the device is gone.
   virtual int read(std::span<std::byte> report, Micros wait) noexcept = 0;
-  /// One output report; false: the device is gone.
+  /// Writes one output report. Returns false when the device is gone.
   virtual bool write(std::span<const std::byte> report) noexcept = 0;
-  /// report[0] names it; bytes got, negative when the device does not give it.
+  /// Reads the feature report with the id report[0]. Returns its size, negative when the device does not provide it.
   virtual int get_feature(std::span<std::byte> report) noexcept = 0;
   virtual bool set_feature(std::span<const std::byte> report) noexcept = 0;
 };

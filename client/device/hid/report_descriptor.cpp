@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMostCollections = 512, kMostPushed = 16, kMostUsages = 1024;
-constexpr std::uint32_t kMostBits = 32;  ///< of a value
+constexpr std::uint32_t kMostBits = 32;  ///< limit of a value
 
 /// Item tags with their type, the two size bits cut off (HID 1.11, 6.2.2.4 to 6.2.2.8).
 enum Item : std::uint8_t {
@@ -66,7 +66,7 @@ class DescriptorReader {
       fail("has " + std::to_string(bytes_.size()) + " bytes", "at most " + std::to_string(ReportDescriptor::kMostBytes));
     while (at_ < bytes_.size()) next_item();
     if (collection_ >= 0) fail("ends inside a collection", "an end of each collection");
-    // Where nothing is numbered, the one report has the id 0 all the same: every buffer begins with it.
+    // Without numbering, the only report has the id 0: every buffer begins with it.
     for (ReportDescriptor::Report& report : into_.reports_) report.bits += 8;
     for (HidField& field : into_.fields_) field.bit += 8;
   }
@@ -151,7 +151,7 @@ class DescriptorReader {
     return range.has_page ? usage : hid_usage(globals_.page, usage & 0xFFFF);
   }
 
-  /// The usage of element n: the last one repeats; 0: none was given.
+  /// Returns the usage of element n: the last one repeats; 0: none was given.
   std::uint32_t usage_of(std::uint64_t n) const {
     for (const UsageRange& range : usages_) {
       const std::uint64_t length = std::uint64_t{range.last} - range.first + 1;
@@ -220,7 +220,7 @@ class DescriptorReader {
     if (!variable) field.usages = all_usages();
     field.collection = collection_;
     field.logical_min = globals_.logical_min;
-    // A largest value written in too few bytes to be positive is meant without a sign.
+    // A maximum with too few bytes to be positive is meant as unsigned.
     field.logical_max = globals_.logical_min >= 0 && globals_.logical_max < globals_.logical_min
                             ? std::int64_t{globals_.logical_max_unsigned}
                             : globals_.logical_max;

@@ -45,13 +45,13 @@ constexpr Model kModels[] = {
     {k3Dconnexion, 0xC652, "3Dconnexion Universal Receiver"},
 };
 
-/// Share of the largest speed at a deflection of this length.
+/// Returns the share of the largest speed at a deflection of this length.
 double speed_share(double deflection) noexcept {
   const double s = std::clamp((deflection - SpaceMouse::kDeadZone) / (1 - SpaceMouse::kDeadZone), 0.0, 1.0);
   return s * s;
 }
 
-/// The vector of the largest speed's shares along a deflection.
+/// Returns the shares of the largest speed along a deflection.
 Vec3 shaped(const Vec3& deflection) noexcept {
   const double length = deflection.norm();
   return length > 0 ? Vec3(deflection * (speed_share(length) / length)) : Vec3(Vec3::Zero());
@@ -117,7 +117,7 @@ DeviceCaps SpaceMouse::begin(HidTransport& transport) {
   DeviceCaps caps;
   caps.name = "hid";
   caps.renders_force = false;
-  caps.force_max_n = MouseDevice::kForceMaxN;  // as with the pointer: what one sees is what a hand could feel
+  caps.force_max_n = MouseDevice::kForceMaxN;  // like the pointer: the picture shows what a hand could feel
   caps.slew_max_n_s = SimPhantom::kSlewMaxNS;
   caps.has_orientation = true;
   caps.buttons = static_cast<int>(buttons_.size());
@@ -154,7 +154,7 @@ void SpaceMouse::move(const Vec3& push, const Vec3& turn, double dt) noexcept {
     position_ += velocity_ * dt;
     orientation_ = (turned(options_.turn_max_rad_s * dt * shaped(turn)) * orientation_).normalized();
   } else {
-    // Critically damped towards the place, exact over the tick (mouse_device.hpp).
+    // critically damped towards the target, exact over the tick (mouse_device.hpp)
     const Vec3 target = options_.start + options_.reach_m * push;
     const Vec3 e = position_ - target, c = velocity_ + kPace * e;
     const double fading = std::exp(-kPace * dt);

@@ -1,5 +1,6 @@
-// The C interface of OpenHaptics' HDAPI (libHD.so, 3D Systems), as far as it is used here: types, numbers and signatures of a
-// Linux x86-64 library, written down from its published reference. Names are the vendor's, so that its manual can be searched.
+// The part of the C interface of OpenHaptics' HDAPI (libHD.so, 3D Systems) that is used here: types, numbers and signatures of a
+// Linux x86-64 library, written down from its published reference. The names are the vendor's, so that its manual can be
+// searched.
 #pragma once
 
 namespace palpate::hd {
@@ -67,7 +68,7 @@ struct Functions {
   void (*hdUnschedule)(SchedulerHandle);
 };
 
-/// Of libHD.so, loaded once. Throws InputError when it is not there or not what it should be.
+/// Functions of libHD.so, loaded once. Throws InputError when the library is missing or lacks one of them.
 const Functions& functions();
 
 }  // namespace palpate::hd

@@ -24,7 +24,8 @@ inline void force_to(const Vec3& force_w, double* n) {
   std::copy_n(force_d.data(), 3, n);
 }
 
-/// From the 4 x 4 transform, column-major, whose columns are the stylus' axes in D, which are those of T (device.hpp): R_WT.
+/// Returns R_WT from the column-major 4 x 4 transform, whose columns are the stylus's axes in D, the same as those of T
+/// (device.hpp).
 inline Eigen::Quaterniond orientation_from(const double* transform) {
   Mat3 r_wt;
   for (int column = 0; column < 3; ++column) r_wt.col(column) = to_w(Eigen::Map<const Vec3>(transform + 4 * column));

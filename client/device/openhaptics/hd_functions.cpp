@@ -5,7 +5,7 @@ namespace palpate::hd {
 
 namespace {
 
-// The unversioned name belongs to the developer's edition; a run-time installation may have the versioned one alone.
+// The unversioned name belongs to the developer's edition; a run-time installation may have only the versioned one.
 const LibrarySearch kLibHd{
     "OpenHaptics (libHD)",
     "PALPATE_LIBHD",

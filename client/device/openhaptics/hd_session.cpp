@@ -12,10 +12,10 @@ namespace palpate::hd {
 
 namespace {
 
-constexpr int kErrorsMax = 16;    // taken from the stack at once: it has an end, whatever the library does
-constexpr int kCheckTurns = 100;  // between two looks at calibration and force output
+constexpr int kErrorsMax = 16;    // read from the stack at once: a bound, whatever the library does
+constexpr int kCheckTurns = 100;  // between two checks of calibration and force output
 constexpr double kNewtonsPerMillimetre = 1000;
-constexpr double kPeakInS = 0.004;  // a step to the peak force in four ticks is felt as a knock, not as a blow
+constexpr double kPeakInS = 0.004;  // a step to the peak force in four ticks feels like a knock, not a blow
 constexpr Micros kZeroWait{50'000}, kZeroPoll{1'000};
 constexpr int kZeroTurns = 3;
 constexpr int kStylusButtons = 2, kDofWithOrientation = 6;
@@ -26,14 +26,14 @@ const char* calibration_request(unsigned int style) {
   return "it is not calibrated: move the stylus about slowly";
 }
 
-/// The way that asks least of the person.
+/// Returns the calibration style that needs the least of the person.
 unsigned int best_style(unsigned int styles) {
   for (const unsigned int style : {calibration::kAuto, calibration::kInkwell, calibration::kEncoderReset})
     if (styles & style) return style;
   return 0;
 }
 
-/// Null for what needs no fault, such as a call at a wrong time, which is ours.
+/// Returns null for errors that are no fault of the device, such as our own call at a wrong time.
 const char* fault_of(unsigned int code) {
   switch (code) {
     case error::kWarmMotors:
@@ -62,7 +62,7 @@ std::string text_of(const char* text) { return text ? text : ""; }
 
 Session::Session(const Functions& functions, const std::string& config, DriverExchange& exchange)
     : hd_(functions), exchange_(exchange), gate_(kSchedulerHz, kVelocityMaxMS) {
-  take_errors();  // of who used the library before
+  take_errors();  // those of an earlier user of the library
   handle_ = hd_.hdInitDevice(config.empty() ? nullptr : config.c_str());
   const unsigned int code = hd_.hdGetError().code;
   if (handle_ == kInvalidHandle || code != error::kSuccess) fail(config, code);
@@ -175,7 +175,8 @@ DeviceReading Session::measure() noexcept {
   return reading;
 }
 
-/// Now and then: is it calibrated, and is its force on. Encoders are reset when the person says so, by the button, and only then.
+/// Checks occasionally that the device is calibrated and its force on. Encoders are reset only when the person confirms by the
+/// button.
 void Session::look_after(std::uint32_t buttons) noexcept {
   const bool pressed = buttons != 0 && buttons_before_ == 0;
   buttons_before_ = buttons;

@@ -1,9 +1,9 @@
-// One device that libHD has open, and what its scheduler's thread does with it once a millisecond:
+// One device that libHD has open, and the task of its scheduler's thread once a millisecond:
 //
-//     begin frame, read errors, position, buttons, orientation and calibration, hand the reading over and take the newest force
-//     (driver_exchange.hpp), set it, end frame, read errors.
+//     begin frame, read errors, position, buttons, orientation and calibration, exchange them for the newest force
+//     (driver_exchange.hpp), set the force, end frame, read errors.
 //
-// State is got and set between begin and end of one frame a tick, in the scheduler's thread alone, as HDAPI demands.
+// State is read and set between begin and end of one frame a tick, in the scheduler's thread alone, as HDAPI demands.
 #pragma once
 
 #include <atomic>
@@ -17,21 +17,21 @@
 namespace palpate::hd {
 
 inline constexpr double kSchedulerHz = 1000;
-/// Faster than people move a stylus; the library has a limit of its own beside it, which it does not name for every device.
+/// Faster than people move a stylus; the library has another limit, which it does not report for every device.
 inline constexpr double kVelocityMaxMS = 5;
 
 class Session {
  public:
-  /// Opens `config`, empty: the default device; starts the scheduler. Throws InputError when there is no such device.
+  /// Opens `config` (empty: the default device) and starts the scheduler. Throws InputError when there is no such device.
   Session(const Functions& functions, const std::string& config, DriverExchange& exchange);
-  /// Sees that zero force went out, then closes. Hangs as long as the driver does.
+  /// Makes sure that zero force was sent, then closes. Hangs as long as the driver does.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   const DeviceCaps& caps() const { return caps_; }
   // any thread
-  bool lost() const { return lost_.load(std::memory_order_acquire); }  ///< the connection broke: close, and open anew
+  bool lost() const { return lost_.load(std::memory_order_acquire); }  ///< true: the connection broke; close, and open anew
 
  private:
   static unsigned int tick(void* self) noexcept;

@@ -15,7 +15,7 @@ constexpr Micros kKeeperPoll{20'000}, kOpenAgainEvery{1'000'000}, kCloseMost{1'0
 
 }  // namespace
 
-/// What opens and closes the device, on a thread of its own that may be the last to have it, when the driver hangs.
+/// Opens and closes the device, on a thread of its own that may be the last owner when the driver hangs.
 struct OpenHapticsDevice::Keeper {
   explicit Keeper(const std::string& name) : config(name) {}
 
@@ -43,9 +43,9 @@ struct OpenHapticsDevice::Keeper {
     try {
       session = std::make_unique<hd::Session>(hd::functions(), config, exchange);
     } catch (const std::exception&) {
-      return;  // still away; the next try comes
+      return;  // still away; another try follows
     }
-    // Another device has other limits than those that the guard was given.
+    // Another device has other limits than those known to the guard.
     if (session->caps().model != model) session.reset();
   }
 };

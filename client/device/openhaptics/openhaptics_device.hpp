@@ -1,11 +1,11 @@
 // Device `openhaptics`: 3D Systems Touch, Touch X, Phantom Omni, Desktop and Premium through the vendor's libHD.so.
 //
 // The library's scheduler has a thread of its own, which exchanges the newest reading and force with the 1 kHz loop
-// (driver_exchange.hpp says why the loop is not run inside it, and what that costs). When the connection breaks, a third thread
-// closes the device and opens it again once a second; readings are `gone` meanwhile.
+// (driver_exchange.hpp explains why the loop does not run inside it, and what that costs). When the connection breaks, a third
+// thread closes the device and reopens it once a second; readings are `gone` meanwhile.
 //
-// One device in a process: the library's own wrappers know no more on Linux. A driver that hangs cannot be closed: the third
-// thread is then left to itself when this device is destroyed, and closes it when the driver goes on.
+// One device in a process, like the library's own wrappers on Linux. A driver that hangs cannot be closed: when this device is
+// destroyed, the third thread is abandoned and closes it once the driver continues.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ namespace palpate {
 
 class OpenHapticsDevice final : public Device {
  public:
-  /// `config`: as the vendor's setup program names the device; empty: the default one. Throws InputError when the library or the
-  /// device is not there, or the device is open already.
+  /// `config`: the device's name in the vendor's setup program; empty: the default device. Throws InputError when the library or
+  /// the device is missing, or the device is open already.
   explicit OpenHapticsDevice(const std::string& config = "");
   ~OpenHapticsDevice() override;
   OpenHapticsDevice(const OpenHapticsDevice&) = delete;

@@ -179,7 +179,7 @@ void Controls::on_move(double x, double y) {
   last_y_ = y;
   if (scrubbing_) return replay_->clock().seek(bar().moment_at(replay_->state(now_us()), pointer().x), now_us());
   const bool shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS;
-  // While the left button touches, the right one turns and the middle one moves.
+  // Where the left button touches, the right one rotates and the middle one moves the view.
   const int turns = touch_ != nullptr ? GLFW_MOUSE_BUTTON_RIGHT : GLFW_MOUSE_BUTTON_LEFT;
   const bool moves =
       held(GLFW_MOUSE_BUTTON_MIDDLE) || (shift && held(turns)) || (touch_ == nullptr && held(GLFW_MOUSE_BUTTON_RIGHT));

@@ -1,4 +1,4 @@
-// What mouse and keys do in the window.
+// Effects of mouse and keys in the window.
 #pragma once
 
 #include <memory>
@@ -16,16 +16,16 @@ namespace palpate {
 
 class Controls {
  public:
-  /// A session, perhaps with a mouse that touches (else nullptr). Both outlive it.
+  /// Controls a session, with a mouse that touches or nullptr. Both outlive this object.
   Controls(ViewSession& live, TouchStation* touch, const Look& look) : view_(live), look_(look), live_(&live), touch_(touch) {}
-  /// A recording that is played.
+  /// Controls a recording that is played.
   Controls(RecordedSource& replay, const Look& look) : view_(replay), look_(look), replay_(&replay) {}
-  /// From now on the window's mouse and keys come here.
+  /// Connects the window's mouse and keys.
   void attach(GLFWwindow* window, const Stage& stage, float density);
-  /// Tells the mouse's station where the pointer is; nothing without one.
+  /// Passes the pointer's position to the mouse's station; no effect without one.
   void aim();
 
-  /// Shows what the patch of the mouse's station said of the frame that is shown, when that is wanted.
+  /// Shows the prediction of the mouse station's patch for the displayed frame, when that is enabled.
   void mark_patch();
 
   SceneView& view() { return view_; }
@@ -43,7 +43,7 @@ class Controls {
   void look_from(Camera::Side side);
   void turn_or_move(int key, bool move);
   bool held(int button) const;
-  /// The pointer over the picture.
+  /// Returns the pointer's position in the picture.
   Pointer pointer() const;
   ReplayBar bar() const;
 
@@ -56,7 +56,7 @@ class Controls {
   const Stage* stage_ = nullptr;
   float density_ = 1;
   std::optional<PointerTool> hand_;
-  std::uint64_t hand_mesh_ = 0;  ///< version of the mesh that it knows
+  std::uint64_t hand_mesh_ = 0;  ///< version of the mesh that it uses
   Micros aimed_at_{};
   double last_x_ = 0, last_y_ = 0;
   bool scrubbing_ = false;

@@ -1,4 +1,4 @@
-// How many pictures a window drew, and what one cost: said when it closes.
+// Number of pictures that a window drew, and the cost of one: reported when it closes.
 #pragma once
 
 #include <ctime>
@@ -12,9 +12,9 @@ namespace palpate {
 class DrawTimes {
  public:
   void add(Micros begun, Micros drawn);
-  /// In a line: pictures a second, in how many of them anything of the body or the camera moved, median and 99th percentile of
-  /// the time of one, and the processor time of this program for each, of all its threads: what drawing in software takes from
-  /// others.
+  /// Returns a line: pictures a second, the share of them in which the body or the camera moved, median and 99th percentile of
+  /// the time of one, and the processor time of this program per picture over all its threads, i.e. the cost of software
+  /// rendering to other programs.
   std::string summary(int drawn) const;
 
  private:

@@ -32,7 +32,7 @@ void read_size(const std::string& text, ViewOptions& options) {
   }
 }
 
-/// Flags that mean something only with a server, or only with a recording.
+/// Refuses flags that are meaningful only with a server, or only with a recording.
 void check_source(const CLI::App& app, const ViewOptions& options) {
   if (app.count("--server") + app.count("--recording") != 1)
     throw InputError("--server and --recording", app.count("--server") > 0 ? "are both given" : "are both missing",
@@ -44,14 +44,14 @@ void check_source(const CLI::App& app, const ViewOptions& options) {
   if (!played && app.count("--at") > 0) throw InputError("--at", "together with --server", "--recording with it");
 }
 
-/// Where pictures go, before anybody waits for them.
+/// Checks the destinations of pictures before any waiting.
 void check_outputs(const ViewOptions& options) {
   if (!options.frames.empty()) make_folder("--frames " + options.frames, options.frames);
   if (!options.screenshot.empty())
     make_folder("--screenshot " + options.screenshot, std::filesystem::path(options.screenshot).parent_path());
 }
 
-/// What the flags' own checks let through: an unset shell variable is an empty text.
+/// Checks values that pass the flags' own checks, such as the empty text of an unset shell variable.
 void check(const CLI::App& app, const ViewOptions& options) {
   for (const auto& [flag, value] : {std::pair{"--key", &options.key},
                                     {"--token", &options.token},
@@ -75,7 +75,7 @@ void check(const CLI::App& app, const ViewOptions& options) {
     throw InputError("--patch", "without --touch", "a hand of this viewer's own, whose patches it has");
 }
 
-/// A flag that takes one of these words; the first is the default.
+/// Adds a flag that accepts one of these words; the first is the default.
 template <class Value>
 void add_choice(CLI::App& app, const char* flag, Value& value, const std::string& help,
                 const std::vector<std::pair<std::string, Value>>& choices) {

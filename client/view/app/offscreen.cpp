@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kPatience{10'000'000};  // beyond the moment of the picture, for a first shape to come
+constexpr Micros kPatience{10'000'000};  // wait for a first shape, beyond the moment of the picture
 
 void wait_for_shape(ViewSession& session, Micros since) {
   const Micros until = now_us() + kPatience;
@@ -29,7 +29,7 @@ SceneView::Frame frame_of(const ViewOptions& options) {
           covered_by_panels(options.look, options.width, options.height, 1)};
 }
 
-/// Watches on until then, so that the plots and scales of a first picture are those of someone who has looked for a while.
+/// Watches until `time`, so that plots and scales of a first picture are those of a viewer that has run for a while.
 void watch_until(Micros time, const ViewOptions& options, ViewSession& session, SceneView& view) {
   for (Micros now = now_us(); now < time && !told_to_end(); now = now_us()) {
     session.pump_until(std::min(time, now + History::kStep));
@@ -41,7 +41,7 @@ void watch_until(Micros time, const ViewOptions& options, ViewSession& session, 
 Picture take_picture(const ViewOptions& options, Micros now, SceneView& view, Stage& stage) {
   view.update(now, frame_of(options));
   Caption caption = view.caption(now);
-  if (caption.replay && !options.look.panels) {  // for a page: no bar to click, no words on the file
+  if (caption.replay && !options.look.panels) {  // for a page: no bar to click, no text over the picture
     caption.replay.reset();
     caption.status.clear();
   }
@@ -59,7 +59,7 @@ void take_frames(const ViewOptions& options, ViewSession& session, SceneView& vi
     session.pump_until(due);
     if (told_to_end()) return;
     write_png(frame_file(options, number++), take_picture(options, now_us(), view, stage));
-    // The number of a frame is its time: frames that there was no time for are left out of both.
+    // A frame's number is its time: frames that there was no time for are missing from both.
     due += period;
     if (due < now_us()) due = now_us();
   }
@@ -69,7 +69,7 @@ void take_frames(const ViewOptions& options, ViewSession& session, SceneView& vi
 
 void run_offscreen(const ViewOptions& options, ViewSession& session) {
   const Micros start = now_us();
-  // Drawing in software beside a server or a haptic loop must give way to them. Refusal does no harm.
+  // Software rendering next to a server or a haptic loop must have lower priority. A refusal does no harm.
   setpriority(PRIO_PROCESS, 0, 10);
   const double first_s =
       options.frames.empty() ? options.after_s.value_or(options.duration_s.value_or(2)) : options.after_s.value_or(0);
@@ -89,7 +89,7 @@ void run_offscreen(const ViewOptions& options, RecordedSource& recording) {
   SceneView view(recording);
   const OffscreenContext context;
   Stage stage(options.width, options.height, 1.0F);
-  // The clock stands still: a picture depends on its moment alone.
+  // The clock stands still: a picture depends only on its moment.
   ReplayClock& clock = recording.clock();
   const Micros now = now_us(), begin = clock.at(now);
   if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, now, view, stage));

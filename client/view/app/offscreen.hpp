@@ -1,4 +1,4 @@
-// Pictures without a display: one after a while (--screenshot) or a sequence (--frames).
+// Pictures without a display: one after a delay (--screenshot) or a sequence (--frames).
 #pragma once
 
 #include "client/view/app/options.hpp"
@@ -7,9 +7,9 @@
 
 namespace palpate {
 
-/// Runs until the pictures are written. Throws std::runtime_error when no shape came in time or OpenGL is missing.
+/// Runs until the pictures are written. Throws std::runtime_error when no shape arrived in time or OpenGL is missing.
 void run_offscreen(const ViewOptions& options, ViewSession& session);
-/// The same of a recording, as fast as it goes: the same recording and flags make the same pictures.
+/// Does the same for a recording, at full speed: the same recording and flags make the same pictures.
 void run_offscreen(const ViewOptions& options, RecordedSource& recording);
 
 }  // namespace palpate

@@ -12,14 +12,14 @@ namespace palpate {
 struct ViewOptions {
   std::string server, station = "viewer", room;
   std::string key, token;          ///< files; empty: none
-  std::optional<ClientKeys> keys;  ///< what they hold
-  bool station_given = false;      ///< otherwise a name like it will do
-  std::string recording;           ///< in place of a server; empty: none
+  std::optional<ClientKeys> keys;  ///< contents of these files
+  bool station_given = false;      ///< false: the server may assign a similar name
+  std::string recording;           ///< file to play instead of joining a server; empty: none
   int width = 1280, height = 800;
-  std::string touch;                       ///< name of the mouse's station; empty: look only
+  std::string touch;                       ///< name of the mouse's station; empty: view only
   std::string screenshot, frames, record;  ///< empty: none
   std::optional<double> after_s, duration_s;
-  double at_s = 0;  ///< of the recording
+  double at_s = 0;  ///< start time in the recording
   double fps = 30;
   std::uint16_t kbit_s = 0;
   Look look;

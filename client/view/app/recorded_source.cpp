@@ -17,7 +17,7 @@ RecordedSource::RecordedSource(const std::string& file)
     : bytes_(file), recording_(bytes_.bytes(), file), scene_(recording_, file), clock_(scene_.begin(), scene_.end()) {}
 
 void RecordedSource::pump_until(Micros time) {
-  constexpr Micros kMost{20'000};  // told to end, nobody waits longer
+  constexpr Micros kMost{20'000};  // limit of the delay after a request to end
   for (Micros now = now_us(); now < time && !told_to_end(); now = now_us())
     std::this_thread::sleep_for(std::min(kMost, time - now));
 }
@@ -54,7 +54,7 @@ void RecordedSource::begin_at(double at_s) {
   const double length_s = seconds(clock_.end() - clock_.begin());
   if (at_s > length_s)
     throw InputError(fmt::format("--at {:g}", at_s), "is after the end of the recording",
-                     fmt::format("0 to {:.3f} s", std::floor(1e3 * length_s) / 1e3));  // which is taken
+                     fmt::format("0 to {:.3f} s", std::floor(1e3 * length_s) / 1e3));  // rounded down to an accepted value
   clock_.seek(clock_.begin() + from_seconds(at_s), now_us());
 }
 

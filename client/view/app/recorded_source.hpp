@@ -1,4 +1,4 @@
-// A recording to look at: its scene, the clock that plays it and its bar.
+// A recording for the viewer: its scene, the clock that plays it and its bar.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace palpate {
 
 class RecordedSource : public ViewSource {
  public:
-  /// Paused at the beginning. Throws InputError when the file is no recording of a room with a body to draw.
+  /// Starts paused at the beginning. Throws InputError when the file is no recording of a room with a body to draw.
   explicit RecordedSource(const std::string& file);
 
   void pump_until(Micros time) override;
@@ -21,19 +21,19 @@ class RecordedSource : public ViewSource {
   const std::vector<Vec3f>& rest() const override { return scene_.rest(); }
   std::uint64_t mesh_version() const override { return 1; }
   bool show(Micros now, ViewMoment& moment) override;
-  /// Only displacement is recorded: another channel is answered in the status line.
+  /// Selects a channel. Only displacement is recorded: the status line reports that for other channels.
   void show_channel(ShapeChannel channel) override { channel_ = channel; }
   Scales scales() const override;
   Hues hues() const override { return Hues(scene_.hands()); }
   Caption caption(Micros now, const std::vector<ToolView>&) override;
 
   ReplayClock& clock() { return clock_; }
-  /// Begins so many seconds after the recording does. Throws InputError when it has ended by then.
+  /// Starts `at_s` seconds after the beginning of the recording. Throws InputError when it has ended by then.
   void begin_at(double at_s);
   ReplayState state(Micros now) const;
-  /// To the frame after or before the moment shown, and pauses.
+  /// Steps by frames from the moment shown, and pauses.
   void step(int frames, Micros now);
-  /// What is missing, in a line for a person; empty when nothing is.
+  /// Returns a line for a person about missing parts; empty when nothing is missing.
   std::string damage() const;
 
  private:

@@ -1,4 +1,4 @@
-// From what is looked at to what the stage draws: moment, scales, camera, caption.
+// Converts a view source to what the stage draws: moment, scales, camera, caption.
 #pragma once
 
 #include "client/view/app/view_source.hpp"
@@ -14,13 +14,13 @@ class SceneView {
     float aspect = 1, covered = 0;
   };
 
-  /// Takes the moment that is due. The camera is fitted when a mesh is new. False while there is nothing to draw. `own` is the
-  /// tool of this viewer's own station, as it is now: shown without the delay of shapes.
+  /// Fetches the moment that is due. Fits the camera to a new mesh. Returns false while there is nothing to draw. `own`: the tool
+  /// of this viewer's own station as it is now, shown without the delay of shapes.
   bool update(Micros now, const Frame& frame, const ToolView* own = nullptr);
-  /// From now on shows what a patch said; nullptr: nothing. `frame`: the shape of the foresight's moment, nullptr: it is not
-  /// there.
+  /// Sets the prediction of a patch to show; nullptr: none. `frame`: the shape of the foresight's moment, nullptr if it is not
+  /// available.
   void mark(const Foresight* foresight, const Shape* frame);
-  /// Body time of what is shown.
+  /// Body time of the moment shown.
   Micros shown() const { return moment_.shape.body_time; }
   Sight sight() const;
   Caption caption(Micros now);

@@ -40,7 +40,7 @@ ViewSession::ViewSession(const std::string& server, const std::string& station, 
 
 void ViewSession::connect() {
   socket_ = open_udp_towards(io_, address_);
-  asio::error_code unreachable;  // a network that is gone comes back: the next move tries anew
+  asio::error_code unreachable;  // a lost network may come back: the next move tries again
   socket_.connect(address_, unreachable);
   socket_.non_blocking(true);
 }
@@ -54,7 +54,7 @@ ViewSession::~ViewSession() {
 void ViewSession::pump() {
   std::array<std::byte, 2 * kMaxDatagramBytes> datagram;
   asio::error_code error;
-  // A refused datagram (nobody listens yet) shows up as an error of the next call; the next one may be fine.
+  // A refused datagram (nobody listens yet) appears as an error of the next call; the one after it may succeed.
   for (int errors = 0; errors < 8;) {
     const std::size_t size = socket_.receive(asio::buffer(datagram), 0, error);
     if (error == asio::error::would_block || error == asio::error::try_again) break;

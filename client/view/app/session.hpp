@@ -1,5 +1,5 @@
-// A server's room to look at: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it. Where nobody
-// answers it asks for the server's name again and goes on from a new port (client/io/server_finder.hpp).
+// A server's room for the viewer: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it. When the
+// server does not answer, it resolves the name again and continues from a new port (client/io/server_finder.hpp).
 #pragma once
 
 #include <asio/io_context.hpp>
@@ -21,14 +21,13 @@ Micros now_us();
 
 class ViewSession : public ViewSource {
  public:
-  /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve.
-  /// `alike`: another name like `station` will do where that is taken. `ask`: what is asked for the name when nobody answers; the
-  /// resolver unless given.
+  /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve. `alike`: the server may assign
+  /// a similar name when `station` is in use. `ask`: resolves the name when nobody answers; the system's resolver by default.
   ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
               const std::optional<ClientKeys>& keys = {}, NameLookup::Ask ask = {});
   ~ViewSession() override;
 
-  /// Everything that is due: datagrams in, the core's clock, datagrams out. Never blocks.
+  /// Handles everything that is due: incoming datagrams, the core's clock, outgoing datagrams. Never blocks.
   void pump();
   void pump_until(Micros time) override;
 
@@ -36,16 +35,16 @@ class ViewSession : public ViewSource {
   const BodyMesh& mesh() const override { return core_.mesh(); }
   const std::vector<Vec3f>& rest() const override { return core_.rest(); }
   std::uint64_t mesh_version() const override { return core_.mesh_version(); }
-  /// Without tools while the server is silent: where they are then, and what they feel, nobody knows.
+  /// Shows no tools while the server is silent: their positions and forces are unknown then.
   bool show(Micros now, ViewMoment& moment) override;
   void show_channel(ShapeChannel channel) override { core_.show_channel(channel); }
   Scales scales() const override { return {}; }
   Hues hues() const override { return {}; }
   Caption caption(Micros now, const std::vector<ToolView>& tools) override;
 
-  /// Record what comes, to this file, as soon as there is a body. Throws InputError when the file is there already.
+  /// Records to this file as soon as there is a body. Throws InputError when the file exists already.
   void record(const std::string& file);
-  /// Begins a recording in the current folder, or ends the one that goes on. What came of it stands in the status line.
+  /// Begins a recording in the current folder, or ends the current one. The status line shows the result.
   void toggle_recording();
 
   ViewCore& core() { return core_; }
@@ -65,14 +64,14 @@ class ViewSession : public ViewSource {
   ViewCore core_;
   UdpEndpoint address_;
   ServerFinder finder_;
-  std::optional<ClientChannel> channel_;  ///< where there are keys
+  std::optional<ClientChannel> channel_;  ///< only with keys
   History forces_, patch_ages_;
   std::unique_ptr<ViewerRecording> recording_;
-  std::string record_asked_;  ///< file that is waiting for a body
-  std::string record_note_;   ///< what to say of the recording
+  std::string record_asked_;  ///< file that waits for a body
+  std::string record_note_;   ///< note about the recording for the status line
 };
 
-/// SIGINT and SIGTERM ask for the end from now on.
+/// Installs handlers: SIGINT and SIGTERM ask for the end.
 void watch_signals();
 bool told_to_end();
 

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kFeltN = 1e-3;  // below it the tool counts as free
+constexpr double kFeltN = 1e-3;  // limit below which the tool counts as free
 
 ClientOptions options_of(const std::string& station, const std::string& room) {
   ClientOptions options;

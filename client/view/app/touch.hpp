@@ -1,4 +1,4 @@
-// The mouse as a station: its own session with the server, its own 1 kHz loop, beside the viewer's.
+// The mouse as a station: a session with the server and a 1 kHz loop of its own, separate from the viewer's.
 #pragma once
 
 #include <memory>
@@ -15,30 +15,30 @@ namespace palpate {
 
 class TouchStation {
  public:
-  static constexpr const char* kName = "mouse";  ///< which gets a number where another has it
+  static constexpr const char* kName = "mouse";  ///< gets a number appended where the name is in use
   /// Throws InputError when the server's name is not HOST:PORT or does not resolve.
   TouchStation(const std::string& server, const std::string& station, const std::string& room,
                const std::optional<ClientKeys>& keys = {});
   ~TouchStation();
 
-  /// Starts the loop once the server has let us in. Call often.
+  /// Starts the loop once the server has admitted the station. Call often.
   void poll();
   bool touching() const { return loop_ != nullptr; }
-  /// Where the tool is to go; nothing before touching().
+  /// Sets the target of the tool; no effect before touching().
   void aim(const Vec3& target);
-  /// The tool as it is now, without the delay of shapes. Meaningful when touching().
+  /// The tool as it is now, without the delay of shapes. Valid when touching().
   const ToolView& tool() const { return tool_; }
-  /// What the patch in use said of the frame last passed at `moment`; nullptr when there is none.
+  /// Returns the prediction of the patch in use for the frame last passed at `moment`; nullptr when there is none.
   const Foresight* foresight(Micros moment);
-  /// Why the server does not let us in; empty while it may.
+  /// Reason for which the server refuses the station; empty otherwise.
   std::string refusal() const;
-  /// A line about the loop. After the window has closed.
+  /// Returns a line about the loop. After the window has closed.
   std::string summary();
 
  private:
   ClientCore core_;
-  PatchPairs pairs_;                ///< of the network thread
-  LatestSlot<PatchPair> followed_;  ///< from there to the window's
+  PatchPairs pairs_;                ///< owned by the network thread
+  LatestSlot<PatchPair> followed_;  ///< hand-off from there to the window's thread
   Foresights foresights_;
   UdpClient udp_;
   std::unique_ptr<MouseDevice> mouse_;

@@ -1,4 +1,4 @@
-// A viewer's recording and its file, from a press of R to the next one, or from --record on.
+// A viewer's recording and its file, from one press of R to the next, or from --record on.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@ namespace palpate {
 
 class ViewerRecording {
  public:
-  /// `core` is ready(). Throws InputError when the file is there already or cannot be written.
+  /// `core` is ready(). Throws InputError when the file exists already or cannot be written.
   ViewerRecording(const ViewCore& core, const std::string& file);
-  /// Ends the recording well.
+  /// Completes the recording.
   ~ViewerRecording();
 
-  /// Takes what came. Why nothing is recorded any more, once it is so.
+  /// Records what arrived. Returns the reason when the recording has failed, once.
   std::optional<std::string> pump(const ViewCore& core, Micros now);
   const std::string& file() const { return name_; }
 
@@ -29,7 +29,7 @@ class ViewerRecording {
   Micros next_write_{};
 };
 
-/// For a recording that nobody named: the room's name and the time of day, in the current folder.
+/// Returns a default file name: the room's name and the time of day, in the current folder.
 std::string file_for_now(const std::string& room);
 
 }  // namespace palpate

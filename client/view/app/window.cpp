@@ -38,7 +38,7 @@ Window make_window(const ViewOptions& options) {
   return {glfwCreateWindow(options.width, options.height, "Palpate", nullptr, nullptr), &glfwDestroyWindow};
 }
 
-/// What this machine has in place of OpenGL 3.3, in words.
+/// Describes what this machine has instead of OpenGL 3.3.
 std::string found_opengl(const ViewOptions& options) {
   glfwDefaultWindowHints();
   glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);

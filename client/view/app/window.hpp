@@ -1,4 +1,4 @@
-// What is looked at, in a window, with mouse and keys.
+// A view source in a window, with mouse and keys.
 #pragma once
 
 #include "client/view/app/options.hpp"
@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// Runs until the window is closed, --duration-s is over or the process is told to end. Throws std::runtime_error when there is
-/// no display or no OpenGL 3.3.
+/// Runs until the window is closed, --duration-s has passed or the process is asked to end. Throws std::runtime_error when there
+/// is no display or no OpenGL 3.3.
 void run_window(const ViewOptions& options, ViewSession& session);
 /// Plays the recording from its beginning or --at.
 void run_window(const ViewOptions& options, RecordedSource& recording);

@@ -13,10 +13,10 @@ static uint32_t get(const uint8_t* at, int bytes) {
   return value;
 }
 
-// Two's complement without a conversion that C leaves to the compiler.
+// Two's complement without an implementation-defined conversion.
 static int32_t signed32(uint32_t bits) { return bits <= INT32_MAX ? (int32_t)bits : -1 - (int32_t)(UINT32_MAX - bits); }
 
-// Of a sum of three squares of 32-bit numbers: the largest integer whose square is not above it.
+// Returns the largest integer whose square is not above `square`, a sum of three squares of 32-bit numbers.
 static uint64_t square_root(uint64_t square) {
   uint64_t root = 0;
   for (uint64_t bit = (uint64_t)1 << 31; bit != 0; bit >>= 1) {
@@ -119,7 +119,7 @@ static void step_gain(force_hid_core* core, uint32_t dt_us) {
   }
 }
 
-// What may be rendered now; see force_hid_limits.
+// Returns the current force limit; see force_hid_limits.
 static uint32_t force_limit(const force_hid_core* core) {
   const uint64_t peak = core->limits.peak_mn, continuous = core->limits.continuous_mn;
   if (core->limits.heat_time_ds == 0) return core->limits.peak_mn;
@@ -137,7 +137,7 @@ static void warm(force_hid_core* core, const int32_t force_mn[3], uint32_t dt_us
   core->warmth = (uint64_t)((int64_t)core->warmth + gap * dt_us / (100000 * (int64_t)core->limits.heat_time_ds));
 }
 
-// The commanded force, no longer than the limit, times the gain.
+// Computes the commanded force, clamped to the limit, times the gain.
 static void limited_force(force_hid_core* core, int32_t force_mn[3]) {
   const uint32_t limit = force_limit(core);
   uint64_t square = 0;

@@ -21,20 +21,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// hidapi keeps one error text for all calls without a device, so those are made one at a time.
+/// hidapi has one error text for all calls without a device, so these are serialised.
 std::mutex& hidapi_use() {
   static std::mutex mutex;
   return mutex;
 }
 
-/// What hidapi says in wide characters, those beyond ASCII replaced.
+/// Converts hidapi's wide characters; those beyond ASCII are replaced.
 std::string narrow(const wchar_t* text) {
   std::string result;
   for (; text && *text; ++text) result += *text >= L' ' && *text < 127 ? static_cast<char>(*text) : '?';
   return result;
 }
 
-/// hidapi 0.13 hands out no report descriptor; the kernel does, to everybody.
+/// Reads the report descriptor, which hidapi 0.13 does not provide, from the kernel, where every user may.
 std::vector<std::byte> read_descriptor(const std::string& path, const fs::path& sysfs) {
   std::ifstream file(sysfs / "class" / "hidraw" / fs::path(path).filename() / "device" / "report_descriptor", std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -79,7 +79,7 @@ class HidapiTransport final : public HidTransport {
   std::span<const std::byte> descriptor() const override { return descriptor_; }
 
   int read(std::span<std::byte> report, Micros wait) noexcept override {
-    const std::size_t skipped = numbered_ ? 0 : 1;  // where the kernel gives no id
+    const std::size_t skipped = numbered_ ? 0 : 1;  // where the kernel passes no id
     if (report.size() <= skipped) return 0;
     report[0] = std::byte{0};
     const int milliseconds = static_cast<int>((wait.count() + 999) / 1000);

@@ -1,4 +1,4 @@
-// Which HID devices of this machine can be used, asked of hidapi and of sysfs: also those that this user may not open.
+// Finds the usable HID devices of this machine through hidapi and sysfs, including those that this user may not open.
 #pragma once
 
 #include <cstdint>
@@ -18,24 +18,24 @@ enum class HidKind : std::uint8_t {
   none
 };
 
-/// "force device", "six-axis mouse, no force", "PID joystick, two axes".
+/// Returns "force device", "six-axis mouse, no force" or "PID joystick, two axes".
 const char* name_of(HidKind kind);
 
 struct FoundHid {
   HidKind kind = HidKind::none;
-  std::string path;    ///< /dev/hidraw3
-  std::string model;   ///< maker and product as the device says them
+  std::string path;    ///< for example /dev/hidraw3
+  std::string model;   ///< maker and product as the device reports them
   std::string serial;  ///< may be empty
   std::uint16_t vendor = 0, product = 0;
-  bool may_open = false;  ///< false: see the udev rules that come with Palpate (70-palpate.rules)
-  std::string fault;      ///< why its kind is not known, where its descriptor is not right
+  bool may_open = false;  ///< false: see the udev rules of Palpate (70-palpate.rules)
+  std::string fault;      ///< fault of its descriptor, because of which its kind is unknown
 };
 
-/// All but those of kind none, in order of their paths. `sysfs` is where report descriptors are read.
+/// Returns all devices but those of kind none, ordered by path. `sysfs`: location of the report descriptors.
 std::vector<FoundHid> find_hid(const std::filesystem::path& sysfs = "/sys");
 
-/// Opens it; nullptr where that fails, with the reason in `fault`. hidapi keeps a handle for the reader and one for the writer,
-/// since one handle of its keeps the last error without a lock.
+/// Opens a device; returns nullptr on failure, with the reason in `fault`. Uses one hidapi handle for the reader and one for the
+/// writer, because a hidapi handle stores its last error without a lock.
 std::unique_ptr<HidTransport> open_hid(const FoundHid& device, std::string& fault, const std::filesystem::path& sysfs = "/sys");
 
 }  // namespace palpate

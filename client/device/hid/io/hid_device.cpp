@@ -16,7 +16,7 @@ constexpr std::size_t kReportRoom = 4096;
 constexpr Micros kWriterWait{10'000};
 constexpr long kNanosPerSecondHid = 1'000'000'000;
 
-/// Waits for a post, at most `time`; takes those that are there as one.
+/// Waits for a post, at most `time`; consumes all pending posts as one.
 void wait_for(sem_t& semaphore, Micros time) noexcept {
   timespec until{};
   clock_gettime(CLOCK_MONOTONIC, &until);
@@ -101,7 +101,7 @@ void HidDevice::publish_gone(DeviceReason reason) noexcept {
   publish(input);
 }
 
-/// Takes reports until the device is lost; false: the end.
+/// Reads reports until the device is lost; returns false at the end.
 bool HidDevice::listen() noexcept {
   std::array<std::byte, kReportRoom> report;
   while (!end_.load(std::memory_order_relaxed)) {
@@ -113,7 +113,7 @@ bool HidDevice::listen() noexcept {
   return false;
 }
 
-/// False: not there yet, or not what it was.
+/// Returns false when the device is not there yet, or is another one.
 bool HidDevice::open_again() noexcept {
   try {
     std::string fault;

@@ -52,7 +52,7 @@ std::unique_ptr<HidProtocol> protocol_for(HidKind kind, const HidSettings& setti
   return std::make_unique<ForceProfile>();
 }
 
-/// The same device wherever it was plugged in.
+/// Opens the same device wherever it was plugged in.
 std::unique_ptr<HidTransport> open_same(const FoundHid& first, std::string& fault, const std::filesystem::path& sysfs) {
   for (const FoundHid& device : find_hid(sysfs)) {
     if (device.kind == first.kind && device.vendor == first.vendor && device.product == first.product &&
