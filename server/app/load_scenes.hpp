@@ -1,4 +1,4 @@
-// The scenes that --scene names.
+// Loads the scenes that --scene names.
 #pragma once
 
 #include <string>

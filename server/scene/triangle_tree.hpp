@@ -18,7 +18,7 @@ namespace palpate {
 
 class TriangleTree {
  public:
-  /// At least one triangle.
+  /// Requires at least one triangle.
   explicit TriangleTree(TriangleMesh mesh);
 
   Vec3 nearest(const Vec3& p) const;
@@ -29,10 +29,10 @@ class TriangleTree {
  private:
   struct Box {
     Eigen::AlignedBox3d box;
-    std::uint32_t first = 0, count = 0;               ///< of order_, for a leaf
-    std::uint32_t left = 0, right = 0;                ///< of boxes_, when count is 0
-    Vec3 area = Vec3::Zero(), centre = Vec3::Zero();  ///< sum of area vectors; their middle, weighted by area
-    double reach = 0;                                 ///< from there to the farthest corner of the box
+    std::uint32_t first = 0, count = 0;               ///< range in order_, for a leaf
+    std::uint32_t left = 0, right = 0;                ///< indices into boxes_, when count is 0
+    Vec3 area = Vec3::Zero(), centre = Vec3::Zero();  ///< sum of area vectors; their centre, weighted by area
+    double reach = 0;                                 ///< distance from the centre to the farthest corner of the box
   };
   struct Hit {
     Vec3 point;
