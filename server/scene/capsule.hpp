@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Of a body that has its solid and its surface.
+/// Adds the membrane to a body that already has its solid and its surface.
 void add_capsule(LumpedBody& body, const CapsuleSettings& capsule);
 
 }  // namespace palpate

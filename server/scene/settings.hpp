@@ -123,7 +123,7 @@ SceneSettings read_settings(const SceneText& text);
 /// Returns the settings as a scene file that reads back to the same settings.
 Json to_json(const SceneSettings& settings);
 
-inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
+inline constexpr double kMaxCoordinateM = 5;  ///< keeps every node well inside kWorldExtentM
 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};

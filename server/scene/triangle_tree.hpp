@@ -1,12 +1,12 @@
-// Triangles in a tree of boxes: the nearest point of them, and how often they wind around a point.
+// Triangles in a tree of boxes, for the nearest point on them and the number of times they wind around a point.
 //
 // Generalised winding number (Jacobson, Kavan and Sorkine-Hornung, 2013):
 //
 //     w(p) = sum over triangles of their signed solid angle from p, over 4 pi
 //
-// For a closed surface it is the number of its shells that hold p, each counted with its orientation: 1 in a ball, 2 where two
-// balls overlap, 0 in a cavity whose triangles face into it. Triangles that are far away count as one dipole of their summed area
-// vectors (Barill et al., 2018), those that are near exactly.
+// For a closed surface it is the number of its shells that contain p, each counted with its orientation: 1 in a ball, 2 where two
+// balls overlap, 0 in a cavity whose triangles face into it. Distant triangles count as one dipole of their summed area vectors
+// (Barill et al., 2018), near ones exactly.
 #pragma once
 
 #include <Eigen/Geometry>
