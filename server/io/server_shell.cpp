@@ -175,7 +175,7 @@ void ServerShell::take_waiting() {
     const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
     if (none == asio::error::would_block || none == asio::error::try_again) return;
     const auto now = monotonic_now();
-    if (!none) take(std::span(in_).first(size), from, now);  // else: a station's port is closed, it will time out
+    if (!none) take(std::span(in_).first(size), from, now);  // else a station's port is closed; it will time out
     if (now >= until) return;
   }
 }
