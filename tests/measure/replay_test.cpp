@@ -288,7 +288,7 @@ TEST_CASE("A body that costs too much to be followed to where its patch ends is 
   const Scene scene = load_scene(kReplaySource + "/scenes/organ-solid.json");
   const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), replay_options_for(Scheme::hyper, 150));
   INFO(run.fidelity.snr_db << " dB");
-  CHECK(run.fidelity.snr_db > 40);  // 36.7 dB if the contact left it, due to the swing back
+  CHECK(run.fidelity.snr_db > 40);  // 36.7 dB if it were, from the swing back
 }
 
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
