@@ -47,8 +47,7 @@ struct Edge {
   std::string csv =
       "beyond_edge_mm,penalty_deg,god_object_deg,penalty_n,god_object_n,tool_z_mm,proxy_x_mm,proxy_z_mm,nearest_x_mm,nearest_z_"
       "mm\n";
-  double penalty_turn_deg = 0,
-         god_object_turn_deg = 0;  ///< largest change of direction between neighbouring samples, or in the first
+  double penalty_turn_deg = 0, god_object_turn_deg = 0;  ///< largest turn between samples, or in the first
 };
 
 /// Drags from 3 mm under the top of a block out through its side.

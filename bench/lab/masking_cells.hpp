@@ -30,11 +30,10 @@ struct MaskingCell {
 };
 
 struct MaskingGrid {
-  double rtt_ms = 150;  ///< round trip at which jitter and loss are varied
-  std::vector<std::string> axes{"rtt", "jitter", "loss",
-                                "burst"};  ///< axes, in addition to the promised link, which is always included
-  bool quick = false;                      ///< one body, two motions, the ends of the axes
-  std::vector<Scheme> schemes = {};        ///< empty: all of this build
+  double rtt_ms = 150;                                              ///< round trip at which jitter and loss are varied
+  std::vector<std::string> axes{"rtt", "jitter", "loss", "burst"};  ///< axes, with the promised link always added
+  bool quick = false;                                               ///< one body, two motions, the ends of the axes
+  std::vector<Scheme> schemes = {};                                 ///< empty: all of this build
   std::filesystem::path scenes = "scenes";
 };
 

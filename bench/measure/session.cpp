@@ -60,8 +60,7 @@ Session read_session(const RecordingReader& recording) {
     else
       ++session.blocks_lost;
   }
-  std::erase_if(session.hands,
-                [](const SessionHand& hand) { return hand.path.empty(); });  // shadows have no samples of their own
+  std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });  // shadows have no samples
   return session;
 }
 

@@ -33,8 +33,7 @@ struct Impact {
 };
 
 struct ImpactResult {
-  std::vector<double> position_m,
-      force_n;  ///< at every sample, the force being displayed from then on; the first sample is at index 0
+  std::vector<double> position_m, force_n;  ///< at every sample, from index 0 on; the force displayed from then on
   double depth_max_m = 0;
   double bounce_max_m = 0;  ///< largest distance in front of the surface after the first contact
   int contacts = 0;         ///< number of times that the surface was entered

@@ -39,12 +39,11 @@ struct StationBounds {
   bool unmoved = true;       ///< no other hand moves it: it is alone on the body, or the others there do not react to forces
   std::size_t owner = 0;     ///< station whose tool it uses: itself, except for a shadow
   GuardLimits limits;        ///< limits of the device, whatever the station was configured with
-  Micros future_max = PatchIntake::kFutureMax;  ///< largest lead of a patch in use over the station's clock
-  Micros sent_age_max{};                        ///< largest age of a patch when it leaves the server
-  Micros down_max{};                            ///< largest delay of a datagram towards the station
-  Micros frames{};                              ///< longest interval between two patches
-  Micros healed{}, recovered{},
-      at_rest{};  ///< end of losses; time by which it must feel the body again; time from which hand and force stand still
+  Micros future_max = PatchIntake::kFutureMax;       ///< largest lead of a patch in use over the station's clock
+  Micros sent_age_max{};                             ///< largest age of a patch when it leaves the server
+  Micros down_max{};                                 ///< largest delay of a datagram towards the station
+  Micros frames{};                                   ///< longest interval between two patches
+  Micros healed{}, recovered{}, at_rest{};           ///< end of losses; it must feel the body again; hand and force stand still
   std::vector<std::pair<Micros, Micros>> disturbed;  ///< from the begin of a fault until the station must have recovered
 
   // Updated by the run:

@@ -39,8 +39,7 @@ class CountersCheck final : public Check {
 class RecoveryCheck final : public Check {
  public:
   static constexpr double kForceN = 0.05, kForceShare = 0.05;
-  static constexpr double kFlickerMS =
-      0.006;  ///< velocity from one step of a reading, 0.03 mm, within a stage of the body's step
+  static constexpr double kFlickerMS = 0.006;  ///< velocity from a reading step of 0.03 mm within a stage of the body
   static constexpr double kShare = 0.5;
   static constexpr int kNearTicks = 5;
   static constexpr double kRestM = 0.002;

@@ -17,8 +17,7 @@ void FrameDetail::choose_schemes(Stations& stations, Micros now) {
   DetailCost cost{from_seconds(kSchemesMayTake * frame_s_), costs_.step(), Micros{}, costs_.nonlinear(), 0};
   for (const auto& [id, station] : stations) {
     if (station.chosen()) ++cost.shares;
-    if (station.pushes() && !station.chosen())
-      cost.others += patch_cost(*station.hello.scheme);  // shadows get the remaining time
+    if (station.pushes() && !station.chosen()) cost.others += patch_cost(*station.hello.scheme);  // shadows get the rest
   }
   for (auto& [id, station] : stations)
     if (!station.views()) choose_scheme(station, cost, now);

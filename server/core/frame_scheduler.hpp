@@ -3,9 +3,9 @@
 // Frames are due at multiples of 1 / rate_hz from the first tick on. A frame takes long, so its work is handed out: tick()
 // notices that a frame is due, next_job() returns the work, finish() accepts the result. At most one job is out at a time. Of the
 // frames that fall due meanwhile, the last begins as soon as the job is back; the others are skipped and counted. A frame
-// that begins late covers less than two periods, so the room catches up. A room that is more than kBehindMost behind drops the body time that it
-// cannot make up for: nothing moves during that time, and the next frame spans kLongestFrame up to now. Room::start(body_time())
-// must be called once before the first job runs.
+// that begins late covers less than two periods, so the room catches up. A room that is more than kBehindMost behind drops the
+// body time that it cannot make up for: nothing moves during that time, and the next frame spans kLongestFrame up to now.
+// Room::start(body_time()) must be called once before the first job runs.
 //
 // Body time is the server's clock. A frame advances it as far as the tools are known (playout.hpp); it never goes back, and a
 // frame that would advance it by less than kLeastFrame is skipped. A tool whose samples are late is extrapolated for a while and

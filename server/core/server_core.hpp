@@ -39,10 +39,9 @@ namespace palpate {
 struct DatagramCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
   std::array<std::uint64_t, kWireFaults> dropped{};
-  std::uint64_t resets_withheld = 0;  ///< reset requests that came too soon after others
-  std::uint64_t unexpected = 0;       ///< messages of a kind that a server does not accept
-  std::uint64_t bytes_from_strangers = 0,
-                bytes_to_strangers = 0;  ///< bytes from senders that are no station; bytes of the answers to them
+  std::uint64_t resets_withheld = 0;                               ///< reset requests that came too soon after others
+  std::uint64_t unexpected = 0;                                    ///< messages of a kind that a server does not accept
+  std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from senders without a station; answers to them
 
   std::uint64_t dropped_all() const;
 };

@@ -5,9 +5,7 @@
 namespace palpate {
 
 ServerRooms::ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband) {
-  const auto shared = [draws = std::make_shared<SecretSource>(draw)] {
-    return (*draws)();
-  };  // one source, so that no two rooms draw the same
+  const auto shared = [draws = std::make_shared<SecretSource>(draw)] { return (*draws)(); };  // no two rooms draw the same
   std::string names;
   for (const RoomSpec& room : rooms) names += (names.empty() ? "" : ", ") + room.name;
   for (RoomSpec& room : rooms)

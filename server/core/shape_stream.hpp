@@ -26,8 +26,7 @@ namespace palpate {
 inline constexpr double kShapeStepM = 0x1p-15;  ///< 0.031 mm
 inline constexpr double kHoldSteps = 0.75;
 inline constexpr int kShapeKbitS = 900;  ///< default budget of a viewer: datagrams with their UDP and IP headers
-inline constexpr int kShapeKbitSMost = 8'000,
-                     kShapeKbitSRoom = 32'000;  ///< upper limits: for one viewer, whatever it asks for; for all viewers together
+inline constexpr int kShapeKbitSMost = 8'000, kShapeKbitSRoom = 32'000;  ///< limits per viewer and for all together
 
 /// What one viewer was sent. Internal to ShapeStream.
 struct ShapeViewer {

@@ -31,9 +31,8 @@ struct RoomState {
 /// Datagrams as sent over the network: sealed if there are keys.
 struct TrafficCounts {
   std::uint64_t datagrams_in = 0, bytes_in = 0, datagrams_out = 0, bytes_out = 0;
-  std::uint64_t send_failed = 0;  ///< part of datagrams_out
-  std::uint64_t bytes_from_strangers = 0,
-                bytes_to_strangers = 0;  ///< peers that have not yet proved that they receive at their address
+  std::uint64_t send_failed = 0;                                   ///< part of datagrams_out
+  std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from and to peers with an unproved address
 };
 
 struct ServerState {

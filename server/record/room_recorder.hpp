@@ -11,8 +11,7 @@ namespace palpate {
 class RoomRecorder {
  public:
   static constexpr Micros kLinksEvery{250'000}, kCheckpointEvery{1'000'000};  ///< kCheckpointEvery is the shortest interval
-  static constexpr double kCheckpointBytesPerS =
-      96'000;  ///< checkpoints of a body of more than 4,000 vertices are spaced farther apart
+  static constexpr double kCheckpointBytesPerS = 96'000;  ///< larger interval for bodies of more than 4,000 vertices
 
   explicit RoomRecorder(const RecordingHead& head);
 

@@ -28,9 +28,8 @@ struct Clipped {
   CellSet cells;
   NumberedNodes nodes;  ///< at their final positions
   std::vector<BoundaryFace> faces;
-  std::size_t held_back = 0;  ///< nodes whose move was shortened
-  double left_out_share =
-      0;  ///< share of the cells with their centre inside that were dropped: apart from the largest part, or loose
+  std::size_t held_back = 0;          ///< nodes whose move was shortened
+  double left_out_share = 0;          ///< dropped share of the cells with their centre inside: loose or apart
   double surface_distance_max_m = 0;  ///< largest distance of an outer node from the solid's surface
 };
 

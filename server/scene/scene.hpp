@@ -73,8 +73,7 @@ struct LumpedBody {
   std::vector<SolidMaterial> materials;  ///< for fast motions; young_pa of a membrane is Young's modulus times thickness [N/m]
   std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/body/relaxation.hpp)
   double mass_damping_1_s = 0;           ///< finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
-  std::vector<Triangle>
-      triangles;  ///< closed outer surface over nodes, counter-clockwise seen from outside; empty for planar bodies
+  std::vector<Triangle> triangles;       ///< closed outer surface over nodes, counter-clockwise outward; empty for planar bodies
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();

@@ -120,7 +120,8 @@ TEST_CASE("A hand that crashes and is started again has its own name and force w
 
 TEST_CASE("Worlds with keys, made anew all the time, feel to the bit what worlds without keys feel") {
   int compared = 0;
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 22}) {  // 16: unused keys were replaced
+  for (const std::uint64_t seed :
+       {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 22}) {  // 16: keys that were never used were replaced
     const Scenario scenario = trusted_scenario(seed, true, true);
     if (restarts(scenario)) continue;
     RunOptions open, keyed;
