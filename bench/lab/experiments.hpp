@@ -48,7 +48,7 @@ enum class Verdict { agrees, differs, beyond };
 /// One line of the report: the paper's statement and our result.
 struct Finding {
   std::string what;   ///< "SNR of the held force", with the unit
-  std::string paper;  ///< as printed there, or read from its figure; empty if it says nothing
+  std::string paper;  ///< printed there, or read from its figure; empty if it says nothing
   std::string ours;
   Verdict verdict = Verdict::agrees;
   std::string reason;  ///< required for `differs`; else an optional remark

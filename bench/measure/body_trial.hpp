@@ -7,7 +7,7 @@
 //     pull      one corner of the top sideways and up within 0.2 s, by `amount` times the height
 // and then everything is released.
 //
-// What must hold: nothing is ever NaN; no step is given up; after the release the energy never grows (a body without dampers has
+// Requirements: nothing is ever NaN; no step is given up; after the release the energy never grows (a body without dampers has
 // only the integrator's own damping, so that is all it can promise); every step that was shorter than requested is reported; and
 // the body returns. A body that is slow, or still oscillates, has not returned after the observed time. It is then relaxed:
 // L-stable steps whose velocity is discarded (as in settle.hpp), with growing length, so that stiff parts are at rest before the

@@ -33,7 +33,7 @@ struct ClosedLoopOptions {
 };
 
 struct LoopTick {
-  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero();  ///< of the tool, without the quantisation of readings [m], [m/s]
+  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero();  ///< tool, without the quantisation of readings [m], [m/s]
   Vec3 force = Vec3::Zero();                              ///< on the tool, rendered from this tick to the next [N]
   Micros patch_age{-1};                                   ///< -1: no patch yet
   double hand_over_step_n = 0;                            ///< force step at the hand-over in this tick, before the cross-fade

@@ -37,7 +37,7 @@ inline constexpr double kStillJ = 1.4e-7;  ///< energy of 75 g in an oscillation
 
 struct StabilityVerdict {
   bool stable = false;
-  std::vector<double> peak_to_peak_m;  ///< of the successive whole windows; at least one, cut short if the tool was lost
+  std::vector<double> peak_to_peak_m;  ///< the successive whole windows; at least one, cut short if the tool was lost
   std::vector<double> kinetic_max_j;
   double growth_1_s = 0;  ///< growth rate of the motion, negative: it dies out; 0 if fewer than two windows move
 
@@ -56,8 +56,8 @@ StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const do
                               const RestBounds& still = {});
 
 struct Shake {
-  double motion_m = 0, speed_m_s = 0;    ///< of s
-  double travel_m = 0, fastest_m_s = 0;  ///< of x
+  double motion_m = 0, speed_m_s = 0;    ///< shake s
+  double travel_m = 0, fastest_m_s = 0;  ///< whole motion x
 };
 Shake shake_of(std::span<const LoopTick> driven);
 

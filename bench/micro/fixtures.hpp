@@ -30,7 +30,7 @@ class FrameDriver {
   FrameDriver(const Scene& scene, const Motion& motion, Scheme scheme);
   /// Simulates the next frame and builds its patch.
   FrameResult next();
-  double simulate_ms() const { return simulate_ms_; }  ///< of the last frame
+  double simulate_ms() const { return simulate_ms_; }  ///< for the last frame
   double build_ms() const { return build_ms_; }
 
  private:

@@ -9,7 +9,7 @@
 namespace palpate {
 
 struct NortonStudyOptions {
-  double stiffness_n_m = 100, damping_n_s_m = 0.5, node_mass_kg = 0.001;  ///< of every element and every node
+  double stiffness_n_m = 100, damping_n_s_m = 0.5, node_mass_kg = 0.001;  ///< for every element and every node
   int fine_layers = 2;                                                    ///< layers around the port that run at 1 kHz
   double duration_s = 3;
 };

@@ -40,7 +40,7 @@ struct AdviceRequest {
   std::string up = "z";           ///< axis of the surface that points up in the scene: x, -x, y, -y, z or -z
   std::string material;           ///< name of the material
   double rate_hz = 20, error = 0.05;
-  std::optional<double> radius_m;    ///< of the tip; empty: proposed
+  std::optional<double> radius_m;    ///< radius of the tip; empty: proposed
   std::optional<double> held_share;  ///< fixed share of the height, from below; empty: proposed
 };
 

@@ -1,4 +1,4 @@
-// What palpate-lab advise determines about a surface before meshing: its placement, size and mass, the part to fix, and the tip.
+// First stage of palpate-lab advise, before meshing: placement, size and mass of the surface, the part to fix, and the tip.
 #pragma once
 
 #include "bench/tissue/advice.hpp"

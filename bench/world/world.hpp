@@ -129,7 +129,7 @@ class WorldStation {
   std::optional<Micros> asleep_since_;
   std::unique_ptr<ClientCore> core_;
   int lives_ = 0;
-  PeerId peer_ = 0;  ///< of this process; 0: it has none yet
+  PeerId peer_ = 0;  ///< this process; 0: it has none yet
   Micros next_tick_{};
   DeviceReading reading_;
   std::deque<Waiting> waiting_;
@@ -188,7 +188,7 @@ class World {
     std::uint64_t number = 0;
     PeerId peer = 0;  ///< the station's end
     bool to_server = false;
-    std::vector<std::byte> bytes;   ///< of the session; empty: the channel's own
+    std::vector<std::byte> bytes;   ///< datagram of the session; empty: the channel's own
     std::vector<std::byte> sealed;  ///< on the wire, with keys
   };
   struct Finished {
@@ -239,7 +239,7 @@ class World {
     std::size_t station;
     int life;
   };
-  std::map<ChannelPeer, End> ends_;  ///< of sessions at this server
+  std::map<ChannelPeer, End> ends_;  ///< sessions at this server
   DelayQueue<std::function<void()>> events_;
   DelayQueue<Datagram> in_flight_;
   DelayQueue<Finished> computing_;

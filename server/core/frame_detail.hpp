@@ -11,7 +11,7 @@
 // before shadows, and the first one is always served; the other half rotates among the rest, longest wait first. A station that
 // is not served keeps its tool on the body and plays the patch it has. A tool in the air counts with 1 / kMayTouch of its patch's
 // cost. A station whose patch never fits is still served once in kTurnEvery times the patch's cost. So the first hand keeps its
-// rate, whoever joins later.
+// rate when others join.
 #pragma once
 
 #include <functional>

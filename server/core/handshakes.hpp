@@ -31,8 +31,8 @@ struct Handshake {
   Hello hello;        ///< the Hello, with the name that the station would have
   std::string asked;  ///< name that the peer asked for
   Micros at{};
-  ClockStamps began_clock{};  ///< clock stamps of the first of the identical Hellos,
-  Micros began{};             ///< which came at this moment: the first exchange may span a step of our clock
+  ClockStamps began_clock{};  ///< clock stamps of the first of the identical Hellos
+  Micros began{};             ///< arrival of that Hello: the first exchange may span a step of our clock
 };
 
 class Handshakes {

@@ -50,7 +50,7 @@ class PatchSender {
   void count(Station& station, const PatchCounts& more);
 
   double rate_hz_, deadband_;
-  BodyNow body_;  ///< as reported last
+  BodyNow body_;  ///< last reported state
   PatchCounts counts_;
 };
 

@@ -28,7 +28,7 @@ inline constexpr double kHoldSteps = 0.75;
 inline constexpr int kShapeKbitS = 900;  ///< default budget of a viewer: datagrams with their UDP and IP headers
 inline constexpr int kShapeKbitSMost = 8'000, kShapeKbitSRoom = 32'000;  ///< limits per viewer and for all together
 
-/// What one viewer was sent. Internal to ShapeStream.
+/// State of the stream to one viewer. Internal to ShapeStream.
 struct ShapeViewer {
   struct Block {
     std::uint64_t sent = 0, has = 0;  ///< path of the version sent last; path of the newest one that surely arrived

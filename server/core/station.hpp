@@ -90,7 +90,7 @@ struct Station {
   Outbox outbox;
 
   // ViewSender
-  ShapeViewer shape;  ///< what a viewer was sent
+  ShapeViewer shape;  ///< state of the stream to a viewer
 
   // ServerCore
   RateLimit resets{2, Micros{30'000'000}};  ///< limit of its resets of the body

@@ -36,7 +36,7 @@ class Fields {
     if (first > last) refuse(list, name, "falls", "the lower number first");
     return {first, last};
   }
-  /// Branches of a Prony series; none where the field is missing.
+  /// Branches of a Prony series; empty if the field is missing.
   std::vector<PronyBranch> relaxation(const char* name) {
     std::vector<PronyBranch> out;
     if (!root_.find(name)) return out;

@@ -35,7 +35,7 @@ class RightsGate {
     PublicKey key;
     Rights rights;
     Micros heard{};
-    Hello hello;  ///< as granted
+    Hello hello;  ///< the granted Hello
   };
   std::optional<Refuse> cap_hello(Hello& hello, ChannelPeer from, const PublicKey& key, const Rights& rights, Micros now);
   std::optional<Refuse> cap_streams(const Hello& hello, ChannelPeer from, const PublicKey& key, const Rights& rights,

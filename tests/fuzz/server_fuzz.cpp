@@ -30,7 +30,7 @@ void require(bool condition) {
 /// A peer, the server's answers to it, and their traffic.
 struct Peer {
   Message as;
-  Micros offset{};  ///< of its clock
+  Micros offset{};  ///< offset of its clock
   ClockSync sync;
   bool proven = false;
   std::uint32_t newest = 0;  ///< newest datagram of the server

@@ -27,7 +27,7 @@ struct Log {
   static constexpr std::size_t kMost = 20'000;
   std::atomic<std::size_t> writes{0};
   std::atomic<int> stops{0}, halts{0};
-  std::atomic<bool> falls{false}, ended{false};  ///< `falls`: the loop's own thread shall crash
+  std::atomic<bool> falls{false}, ended{false};  ///< `falls`: the loop's own thread must crash
   std::array<std::atomic<double>, kMost> force{};
 };
 

@@ -28,7 +28,7 @@ struct FakeRoom {
   bool fail = false;
   bool asleep = false;
   bool renews = false;          ///< true: the patch that a station plays is renewed, for a second
-  Micros valid_for{1'000'000};  ///< of its patches
+  Micros valid_for{1'000'000};  ///< validity of its patches
   Scheme built = Scheme::hold;  ///< scheme of its patches, whatever is requested
   NonlinearTerms terms;         ///< terms of its patches
   Micros step_took{}, patches_took{};

@@ -88,7 +88,7 @@ TEST_CASE(
   CHECK(counts.frames_asleep == counts.frames);
   CHECK(counts.steps == 0);
   CHECK(bench.last<Beat>(1));
-  bench.core.take(std::array<std::byte, 3>{}, 9, bench.now);  // noise wakes nobody
+  bench.core.take(std::array<std::byte, 3>{}, 9, bench.now);  // noise wakes no room
   bench.now += kGoneAfter;
   bench.tick();
   CHECK(bench.core.station_count() == 0);

@@ -1,4 +1,4 @@
-// What has not changed since the last picture is not redrawn, and the result is identical.
+// A picture without changes since the last one is not redrawn, and the result is identical.
 #include <catch2/catch.hpp>
 #include <functional>
 #include <string>

@@ -40,7 +40,7 @@ inline constexpr std::string_view kStandinFaults[] = {
 
 /// One millisecond of the device, frame W.
 struct StandinTick {
-  Vec3 position = Vec3::Zero();  ///< of the tool, before quantisation of the reading [m]
+  Vec3 position = Vec3::Zero();  ///< tool position before quantisation of the reading [m]
   Vec3 force = Vec3::Zero();     ///< rendered from this tick to the next [N]
 };
 
