@@ -20,7 +20,7 @@ Motion motion_of(const std::vector<Vec3>& positions) {
 }
 
 std::vector<Vec3> felt_over(const Scene& scene, const std::vector<Vec3>& positions, ReplayOptions options) {
-  // What was felt is compared by the caller, who is still computing the reference.
+  // The caller compares the forces, as it is still computing the reference.
   const ReferenceForce none{std::vector<Vec3>(positions.size(), Vec3::Zero()), std::vector<std::uint8_t>(positions.size())};
   options.reference = &none;
   std::vector<Vec3> felt;

@@ -1,4 +1,4 @@
-// The path of a real run felt once more, in virtual time, over a link without jitter and loss.
+// Replays the path of a real run in virtual time, over a link without jitter and loss.
 #pragma once
 
 #include <future>
@@ -15,13 +15,13 @@ struct CleanLink {
   Fidelity fidelity;
 };
 
-/// By the scheme, states and frame rate of the report, from a server that takes no time from frame to patch. Runs on a thread of
-/// its own, beside the reference that it is compared with at the end.
+/// Replay with the scheme, states and frame rate of the report, from a server that needs no time from frame to patch. Runs on a
+/// thread of its own, in parallel with the reference that it is compared with at the end.
 class CleanLinkRun {
  public:
-  /// InputError when the report names no scheme of this build.
+  /// Throws InputError if the report names no scheme of this build.
   CleanLinkRun(const Scene& scene, const ClientReport& report, double rtt_ms);
-  /// Waits. Throws what replay() throws.
+  /// Waits for the replay. Throws what replay() throws.
   CleanLink result(const ReferenceForce& reference);
 
  private:

@@ -22,7 +22,7 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-/// What summary.json says was asked for; as it is where there is no such file.
+/// Reads what was requested from summary.json; leaves `report` unchanged if there is no such file.
 void read_summary(const std::filesystem::path& file, ClientReport& report) {
   std::ifstream in(file);
   const Json summary = Json::parse(in, nullptr, false);
@@ -37,7 +37,7 @@ void read_summary(const std::filesystem::path& file, ClientReport& report) {
   report.rate_hz = run.value("rate_hz", 0.0);
 }
 
-/// Apart from those that it only compared.
+/// Name of the felt display, distinct from those of comparisons.
 std::string felt_display(const std::string& name, const std::vector<std::string>& compared) {
   return std::find(compared.begin(), compared.end(), name) == compared.end() ? name : name + ", felt";
 }

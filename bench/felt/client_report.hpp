@@ -1,4 +1,4 @@
-// What palpate-client --report wrote of a run, tick by tick.
+// Reads a run written by palpate-client --report, tick by tick.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// What one display showed in every millisecond.
+/// Output of one display in every millisecond.
 struct ReportedDisplay {
   std::string name;
   std::vector<Vec3> force;  ///< on the tool [N]
@@ -18,19 +18,19 @@ struct ReportedDisplay {
 };
 
 struct ClientReport {
-  std::string scheme;  ///< that was felt, at the end where it changed; empty where summary.json does not say
+  std::string scheme;  ///< scheme in use, the last one if it changed; empty if summary.json does not contain it
   bool chosen_by_server = false;
-  std::string scene, mesh;                ///< name and surface of the body, as the server said; empty where it did not
-  int order = 0;                          ///< states of a patch that were asked for, 0: the server's default
-  double rate_hz = 0;                     ///< frames of the server a second; 0 where summary.json does not say
-  std::vector<Vec3> positions;            ///< of the tool, one a millisecond from the start of the motion [m]
-  std::vector<double> patch_age_ms;       ///< of the felt display; below 0: it had no patch
+  std::string scene, mesh;                ///< name and surface of the body as reported by the server; empty if unknown
+  int order = 0;                          ///< requested states of a patch, 0: the server's default
+  double rate_hz = 0;                     ///< the server's frames per second; 0 if summary.json does not contain it
+  std::vector<Vec3> positions;            ///< positions of the tool, one per millisecond from the start of the motion [m]
+  std::vector<double> patch_age_ms;       ///< patch age of the felt display; below 0: it had no patch
   std::vector<ReportedDisplay> displays;  ///< the felt one first
 };
 
-/// Of forces.csv in `folder`: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then
-/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison. A tick that was skipped gets its neighbours' values in
-/// between: the reference needs one position a millisecond. InputError when it cannot be read, or is no longer than a second.
+/// Reads forces.csv in `folder`: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then
+/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison. A skipped tick is interpolated from its neighbours, as the
+/// reference needs one position per millisecond. Throws InputError if the file cannot be read or is not longer than a second.
 ClientReport read_client_report(const std::filesystem::path& folder, const std::string& felt_name);
 
 }  // namespace palpate

@@ -30,7 +30,7 @@ struct FeltFlags {
   std::optional<double> clean_rtt_ms;
 };
 
-/// One display beside the reference.
+/// Comparison of one display with the reference.
 struct FeltRow {
   std::string name;
   Fidelity fidelity;
@@ -98,7 +98,7 @@ Json to_json(const std::vector<FeltRow>& rows, const std::optional<CleanLink>& c
 void plot(const std::filesystem::path& out, const Scene& scene, const ClientReport& report) {
   std::vector<Panel> panels{{"normal force z [N]", {{"1:4", "1 kHz full model", 0}}},
                             {"tangential force x [N]", {{"1:2", "1 kHz full model", 0}}}};
-  // Drawn last is drawn on top: the felt one.
+  // The display drawn last is on top: the felt one.
   for (std::size_t d = report.displays.size(); d-- > 0;) {
     const auto style = static_cast<int>(d) + 1;
     panels[0].curves.push_back({fmt::format("1:{}", 5 + 3 * d + 2), report.displays[d].name, style});
@@ -109,7 +109,7 @@ void plot(const std::filesystem::path& out, const Scene& scene, const ClientRepo
     fmt::print("  plot      {}\n", (out / "felt.svg").string());
 }
 
-/// 1, and says so, where what was felt is not as much better than hold as was asked for.
+/// Returns 1, with a message, if the felt force is not better than hold by the required margin.
 int judge(const std::vector<FeltRow>& rows, double at_least_db) {
   const FeltRow& felt = rows.front();
   for (const FeltRow& row : rows) {
@@ -122,7 +122,7 @@ int judge(const std::vector<FeltRow>& rows, double at_least_db) {
   return 0;
 }
 
-/// A report of another body has nothing to say of this one.
+/// Refuses a report of another body.
 void check_scene(const FeltFlags& flags, const Scene& scene, const ClientReport& report) {
   const std::string mesh = fmt::format("{:016x}", facts_of(scene, home_of(scene)).mesh_hash);
   const bool same_name = report.scene.empty() || report.scene == scene.name,

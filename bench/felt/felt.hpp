@@ -1,4 +1,4 @@
-// What a hand felt in a real run, beside what it should have felt: palpate-felt, and the sub-command `felt` of palpate-lab.
+// Compares the force felt in a real run with the full model: palpate-felt, and the sub-command `felt` of palpate-lab.
 #pragma once
 
 #include "bench/output/experiment.hpp"

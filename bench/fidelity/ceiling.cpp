@@ -7,12 +7,12 @@
 namespace palpate {
 namespace {
 
-/// The ticks in which one patch is played.
+/// Ticks in which one patch is played.
 struct Played {
   std::size_t first = 0, end = 0;
 };
 
-/// From `from` on those that a patch of stamp `ms` is played in.
+/// Ticks, searched from `from` on, in which the patch with stamp `ms` is played.
 Played played(const std::vector<int>& stamp_ms, std::size_t from, int ms) {
   Played ticks;
   ticks.first = static_cast<std::size_t>(std::find(stamp_ms.begin() + static_cast<std::ptrdiff_t>(from), stamp_ms.end(), ms) -
@@ -48,11 +48,11 @@ std::vector<CeilingForce> ceiling_forces(const Scene& scene, std::span<const Too
   const std::size_t ticks = paths[0].size(), n = paths.size();
   std::vector<CeilingForce> result(n);
   for (CeilingForce& r : result) r.felt = {std::vector<Vec3>(ticks, Vec3::Zero()), std::vector<std::uint8_t>(ticks, 0)};
-  std::vector<std::optional<Vec3>> at_end(n);  // of each hand's branch before this one, where this one takes over
+  std::vector<std::optional<Vec3>> at_end(n);  // force of each hand's previous branch at the tick in which the new one takes over
   std::vector<Vec3> tools;
   for (const ToolPath& path : paths) tools.push_back(path[0]);
   ReferenceModel body(scene, tools), branch(scene, tools);
-  /// What hand `a` feels in `use` of a patch that is made `now`.
+  /// Plays a patch made `now` for hand `a` during `use`.
   const auto play = [&](std::size_t a, std::size_t now, const Played& use) {
     branch.continue_from(body);
     CeilingForce& r = result[a];

@@ -14,7 +14,7 @@ namespace {
 
 constexpr Micros kJoinWithin{60'000'000}, kClocksLock{300'000};
 
-/// What the server says may say what it expects.
+/// Throws an InputError; the server's text may contain what it expected.
 [[noreturn]] void refuse(SchemeAsked scheme, const std::string& refusal) {
   constexpr std::string_view kExpected = "; expected ";
   const auto at = refusal.find(kExpected);

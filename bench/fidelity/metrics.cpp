@@ -30,7 +30,7 @@ int find_lag(std::span<const Vec3> felt, std::span<const Vec3> reference, int mo
   return best;
 }
 
-/// First ticks of contact after `free_ticks` without.
+/// First ticks of contact after at least `free_ticks` without.
 std::vector<int> onsets_of(std::span<const std::uint8_t> contact, int free_ticks) {
   std::vector<int> onsets;
   int free = 0;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kToleranceM = 1e-8;
 
-/// Where a body is small enough its systems are factorised: what is iterated for breaks its symmetries in the last digits, and a
-/// tool that slides along an edge of the surface, exactly, is then on another triangle than the same tool elsewhere.
+/// Uses a direct solver for small bodies: an iterative solution breaks symmetries in the last digits, and a tool that slides
+/// exactly along an edge of the surface is then on another triangle than the same tool elsewhere.
 IntegratorOptions exact_options(const LumpedBody& body) {
   const bool fine = body.nodes.size() <= kFineNodes, factorised = body.nodes.size() <= LinearSolver::kDirectRowsMax;
   return {.step_s = fine ? kFineStepS : kTickStepS,
@@ -45,7 +45,7 @@ struct ReferenceModel::State {
         rest(body) {}
 
   ToolAt tool_at(std::size_t k, double t_s) const { return grasps[k].at(tracks[k], from_seconds(t_s)); }
-  /// A tool takes hold of its node, or may touch.
+  /// Couples a tool: it grasps its node, or may touch.
   void take_up(std::size_t k, Micros now) {
     if (scene.tool.contact == ContactKind::attach) {
       const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node)) - tracks[k].at(now).position;

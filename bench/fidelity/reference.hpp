@@ -1,7 +1,8 @@
-// What the hand should have felt: the full nonlinear model of a scene, stepped at 1 kHz or finer with the tool's own path.
+// Reference force: the full nonlinear model of a scene, stepped at 1 kHz or finer along the tool's own path.
 //
-// The same body, contact law and integrator as the server's, at a step at which the integrator has converged (kFineStepS for
-// bodies up to kFineNodes nodes, one tick above). The body starts as the server's does: settled, the tool taken up beforehand.
+// It has the body, contact law and integrator of the server, at a step at which the integrator has converged (kFineStepS for
+// bodies of up to kFineNodes nodes, one tick above). The body starts as the server's does: settled, with the tool coupled
+// beforehand.
 #pragma once
 
 #include <functional>
@@ -16,16 +17,16 @@ namespace palpate {
 inline constexpr double kFineStepS = 0.0005, kTickStepS = 0.001;
 inline constexpr std::size_t kFineNodes = 600;
 
-/// The model, a millisecond at a time: for a tool whose path depends on what it feels.
+/// The model, one millisecond at a time, for a tool whose path depends on the force.
 class ReferenceModel {
  public:
   /// Tools begin at `tools`, one per station. Throws what settled_state() throws.
   ReferenceModel(const Scene& scene, std::span<const Vec3> tools);
   ~ReferenceModel();
-  /// Tools are at `tools` now: 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error when the model cannot be
+  /// Advances to `tools`: to 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error if the model cannot be
   /// stepped.
   void tick(std::span<const Vec3> tools);
-  /// From here on as `at`, a model of the same scene with as many tools.
+  /// Copies the state of `at`, a model of the same scene with as many tools.
   void continue_from(const ReferenceModel& at);
   /// Puts the body back to rest, as a room does (let_go.hpp).
   void reset();
@@ -42,19 +43,20 @@ struct ReferenceForce {
   std::vector<std::uint8_t> contact;
 };
 
-/// The path of a tool: where it is at 0, 1, 2, ... ms.
+/// Path of a tool: its positions at 0, 1, 2, ... ms.
 using ToolPath = std::vector<Vec3>;
 
-/// Throws std::runtime_error when the model cannot be stepped.
+/// Throws std::runtime_error if the model cannot be stepped.
 ReferenceForce reference_force(const Scene& scene, const ToolPath& path);
-/// Several tools on one body, in the order of `paths`, which are equally long. `attach` knows one node, so one tool.
-/// The body is reset at `resets`, ascending, into the paths. `progress` hears which share of the paths is done, every tick.
+/// Forces on several tools on one body, in the order of `paths`, which are equally long. `attach` has one node, so one tool. The
+/// body is reset at `resets`, ascending times into the paths. `progress` is called every tick with the share of the paths that is
+/// done.
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
                                              std::span<const Micros> resets = {},
                                              const std::function<void(double)>& progress = {});
 
-/// Whether taking up the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins beside the node): then both
-/// the server and the reference are given kSettle before the motion begins.
+/// Returns true if coupling the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins off the node). Both
+/// the server and the reference then get kSettle before the motion begins.
 bool needs_settling(const Scene& scene, const Vec3& start);
 inline constexpr Micros kSettle{5'000'000};
 

@@ -19,9 +19,9 @@ std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOpti
 
 std::string station_name(std::size_t k) { return k == 0 ? "replay" : "replay " + std::to_string(k + 1); }
 
-/// The k-th station of a replay: the first is what a replay alone would be.
+/// Adds the k-th station of a replay; the first is the same as in a replay with one station.
 WorldStation& add_station(World& world, const Motion& motion, const ReplayOptions& options, std::size_t k) {
-  constexpr std::uint64_t kSeedsEach = 2;  // of a link: up and down
+  constexpr std::uint64_t kSeedsEach = 2;  // seeds per link: up and down
   ClientOptions client;
   client.hello.station = station_name(k);
   client.hello.scheme = options.scheme;
@@ -48,7 +48,7 @@ struct Times {
   double mean() const { return count > 0 ? sum_ms / static_cast<double>(count) : 0; }
 };
 
-/// For each swap the largest change from tick to tick that follows within its cross-fade, beyond the reference's own.
+/// For each swap: the largest change of force from tick to tick within its cross-fade, beyond the reference's own.
 std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std::vector<ReplaySwap>& swaps) {
   constexpr std::size_t kFadedWithin = 25;
   std::vector<HandOver> steps;
@@ -64,7 +64,7 @@ std::vector<HandOver> felt_steps(const std::vector<ReplayTick>& ticks, const std
   return steps;
 }
 
-/// From kSkipTicks on, where `scored` says so.
+/// Compares the ticks from kSkipTicks on that are scored.
 Fidelity fidelity_of(const std::vector<Vec3>& felt, const std::vector<Vec3>& reference, const std::vector<std::uint8_t>& scored) {
   if (scored.empty()) return compare(felt, reference, kSkipTicks);
   std::vector<Vec3> felt_there, reference_there;
@@ -104,7 +104,7 @@ LinkSpec slowest_link(const ReplayOptions& options) {
   return slowest;
 }
 
-/// What is counted up as a run goes on.
+/// Counters that grow during a run.
 struct Tally {
   std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, bytes_received = 0, samples = 0, samples_late = 0;
 };
@@ -118,7 +118,7 @@ Tally tally_of(const World& world, std::size_t k) {
   return tally;
 }
 
-/// What the station's own counts and the server's say of its run, since those at the beginning.
+/// Adds the station's and the server's counts since `before` to the result.
 void count(ReplayResult& result, const World& world, std::size_t k, const Tally& before, Micros length) {
   const Tally after = tally_of(world, k);
   const ClientCore& core = world.station(k).core();
@@ -170,9 +170,9 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
 
   Times build, frame;
-  std::vector<ReplayFrame> frames;  // in world time
-  std::vector<LocalStart> starts;   // in the server's
-  Micros begin = Micros::max();     // of the motions, in world time
+  std::vector<ReplayFrame> frames;  // times in world time
+  std::vector<LocalStart> starts;   // stamps in the server's clock
+  Micros begin = Micros::max();     // begin of the motions, in world time
   std::span<const Micros> resets = options.resets;
   world.run_frame = [&](Room& room, const FrameJob& due) {
     FrameJob job = due;

@@ -1,4 +1,5 @@
-// Any motion through any scheme over any link, in virtual time, by the real cores (world.hpp), beside the reference.
+// Replays any motion through any scheme over any link, in virtual time with the real cores (world.hpp), and compares with the
+// reference.
 #pragma once
 
 #include <functional>
@@ -15,33 +16,33 @@
 
 namespace palpate {
 
-/// A frame in which a patch was built.
+/// State of a frame in which a patch was built.
 struct LocalStart {
-  Micros stamp{};  ///< into the motion
-  BodyState body;  ///< there
-  ToolPort port;   ///< there
+  Micros stamp{};  ///< time into the motion
+  BodyState body;  ///< at the stamp
+  ToolPort port;   ///< at the stamp
   Matrix modes;    ///< V, 3 N x r, orthonormal in M
 };
 
 struct ReplayOptions {
-  SchemeAsked scheme = Scheme::port;  ///< none: the server chooses, as one does that takes no time over patches
+  SchemeAsked scheme = Scheme::port;  ///< empty: the server chooses, as one that needs no time for patches
   int order = 0;                      ///< states, 0 = the scheme's default
   double rate_hz = 20;
   LinkSpec link;                     ///< one way
-  std::vector<LinkSpec> links = {};  ///< of several stations, one each; none: `link` for all
+  std::vector<LinkSpec> links = {};  ///< one per station; empty: `link` for all
   std::uint64_t seed = 1;
   Micros compute{};
-  /// Instead of `compute`, when there are any: of the frames that step the body, one after the other, and again from the first.
+  /// If not empty, replaces `compute`: times of the frames that step the body, one after the other, repeated from the first.
   std::vector<Micros> frame_times = {};
-  bool simulated_device = false;              ///< a Phantom in a hand that follows the motion, instead of the motion itself
-  const ReferenceForce* reference = nullptr;  ///< of the same path, when known: without a simulated device runs share it
+  bool simulated_device = false;              ///< true: a Phantom in a hand that follows the motion; false: the motion itself
+  const ReferenceForce* reference = nullptr;  ///< for the same path, if known: runs without a simulated device share it
   PassivityMode passivity = PassivityMode::off;
-  double deadband = 0;              ///< of ServerOptions
-  std::vector<Micros> resets = {};  ///< of the body, into the motions, ascending
-  bool keep_starts = false;         ///< ReplayResult::starts
-  /// By tick of the first station: 0 where nothing is scored, as no hand was there. Empty: all is.
+  double deadband = 0;              ///< see ServerOptions
+  std::vector<Micros> resets = {};  ///< resets of the body, times into the motions, ascending
+  bool keep_starts = false;         ///< fills ReplayResult::starts
+  /// By tick of the first station: 0 for ticks without a hand, which are not scored. Empty: all ticks are scored.
   std::vector<std::uint8_t> scored = {};
-  /// Hears what is being done, and which share of that is done, every tick.
+  /// Called every tick with the current activity and the share of it that is done.
   std::function<void(const char* what, double share)> progress = {};
 };
 
@@ -51,16 +52,16 @@ struct ReplayTick {
   bool contact = false, true_contact = false;
 };
 
-/// What the full model said at the server, frame by frame: the force of the low-rate model.
+/// Force of the full model at the server, frame by frame: the force of the low-rate model.
 struct ReplayFrame {
-  Micros t{};                 ///< into the motion, when the frame was ready there
+  Micros t{};                 ///< time into the motion at which the frame was ready at the server
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
 };
 
-/// A new patch took over.
+/// A hand-over to a new patch.
 struct ReplaySwap {
-  std::size_t tick = 0;  ///< in which it did
-  HandOver between;      ///< the patches
+  std::size_t tick = 0;  ///< tick of the hand-over
+  HandOver between;      ///< difference between the patches
 };
 
 struct ReplayResult {
@@ -69,38 +70,38 @@ struct ReplayResult {
   std::vector<ReplayFrame> frames;
   Fidelity fidelity;
   OnsetErrors onset;
-  HandOverSteps hand_over;  ///< between the patches: what the cross-fade takes over
-  HandOverSteps felt_step;  ///< what a swap adds to the force's change from one tick to the next, beyond the reference's own
-  Micros age_p95{};         ///< of the patches in use
-  double late_share = 0;    ///< of the samples, those that came when the body had gone past them
+  HandOverSteps hand_over;  ///< between the patches, before the cross-fade
+  HandOverSteps felt_step;  ///< what a hand-over adds to the change of force from tick to tick, beyond that of the reference
+  Micros age_p95{};         ///< 95th percentile of the age of the patches in use
+  double late_share = 0;    ///< share of samples that came after the body had passed them
   std::uint64_t faded_ticks = 0;
   GuardCounts guard;
   std::uint64_t patches_used = 0;
-  double patch_bytes_mean = 0;  ///< sent for a patch, with its copies and terms
+  double patch_bytes_mean = 0;  ///< bytes sent per patch, with its copies and terms
   int patch_states = 0;
   Patch last_patch;
-  std::vector<LocalStart> starts;  ///< of the first station's patches, when asked for
+  std::vector<LocalStart> starts;  ///< for the first station's patches, if requested
   double uplink_bytes_s = 0, downlink_bytes_s = 0;
-  // wall clock of this machine
+  // Wall clock of this machine:
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
 };
 
-/// relative_errors() of what was felt (metrics.hpp).
+/// relative_errors() of the felt force (metrics.hpp).
 std::vector<double> relative_errors(const ReplayResult& result);
 
-/// Nanoseconds of some steady clock; handed in, because measuring is not the experiment's business.
+/// Nanoseconds of some steady clock; a parameter, as an experiment does not measure time itself.
 using Stopwatch = std::function<std::int64_t()>;
 
 inline constexpr std::size_t kSkipTicks = 250;  ///< fidelity is measured from 0.25 s on
 
-/// The reference for a motion that is used as given: the same for every scheme and link.
+/// Reference for a motion that is played as it is: the same for every scheme and link.
 ReferenceForce reference_of(const Scene& scene, const Motion& motion);
 
-/// Throws InputError when the station cannot join, std::runtime_error when the model fails.
+/// Throws InputError if the station cannot join, std::runtime_error if the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
-/// Several stations on one body, a motion each, all starting at the same moment; the shortest motion ends the run. Links draw
-/// from seeds of their own. `patch_build_ms_mean` is that of all patches of a frame. `options.links`, where given, has as many
-/// entries as there are motions.
+/// Replays several stations on one body, one motion each, all starting at the same moment; the shortest motion ends the run.
+/// Links draw from seeds of their own. `patch_build_ms_mean` covers all patches of a frame. `options.links`, if given, has as
+/// many entries as there are motions.
 std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
                                           const Stopwatch& stopwatch);
 

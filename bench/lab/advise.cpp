@@ -1,5 +1,5 @@
-// palpate-lab advise: support, tip, mesh, step and scheme for a surface and a material on this machine, with the error and the
-// cost to expect, and a scene that runs.
+// palpate-lab advise: recommends support, tip, mesh, step and scheme for a surface and a material on this machine, with the
+// expected error and cost, and a scene that runs.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -53,7 +53,7 @@ std::string in_mm(const Vec3& place) {
   return fmt::format("({:.0f}, {:.0f}, {:.0f}) mm", 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z());
 }
 
-/// What the scene doesn't keep, a line each.
+/// Prints a line for each bound that the scene exceeds.
 void print_misfits(const AdviseFlags& flags, const Advice& advice) {
   const AdvisedMesh& m = advice.tried[advice.chosen];
   if (!std::isfinite(m.frame_ms()))
@@ -91,7 +91,7 @@ void print_advice(const AdviseFlags& flags, const Advice& advice, const std::fil
   fmt::print("\n  palpate-server --scene {} --rate-hz {:g}\n", scene.string(), flags.rate_hz);
 }
 
-/// Beside the scene, whose meshes lie below its folder.
+/// Copies the surface next to the scene, as meshes must lie below the scene's folder.
 std::string bring_surface(const std::filesystem::path& surface, const std::filesystem::path& scene) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::absolute(scene).parent_path();

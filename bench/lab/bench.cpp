@@ -1,5 +1,5 @@
-// palpate-lab bench: the microbenchmarks, a program of its own (palpate-bench, beside this one), with results like any
-// experiment's.
+// palpate-lab bench: runs the microbenchmarks, a program of its own (palpate-bench in the same folder), with results like those
+// of any experiment.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -17,7 +17,7 @@ struct BenchFlags {
   std::string filter, scenes = "scenes", out;
 };
 
-/// Returns only when it cannot be started.
+/// Returns only if the program cannot be started.
 int run_bench(const BenchFlags& flags) {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "palpate-bench";
   std::vector<std::string> arguments{program.string(), "--scenes", flags.scenes,

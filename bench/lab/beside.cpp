@@ -1,8 +1,8 @@
-// palpate-lab beside: what two hands on one body cost each other when one of them is far away.
+// palpate-lab beside: the cost of one hand for another on the same body when one of them is far away.
 //
-// Each row is two runs of the same two motions: both hands over the link of the first, and the second over a worse one. What the
-// far hand takes from the near one is the difference between the near one's figures in the two; what the near one's haste takes
-// from the far one is the difference to a run of two that are equally far.
+// Each row is two runs of the same two motions: both hands over the link of the first, and the second over a worse one. The
+// effect of the far hand on the near one is the difference between the near one's figures in the two runs; the effect of the near
+// hand on the far one is the difference to a run of two equally far hands.
 #include <fmt/format.h>
 
 #include <iterator>
@@ -56,7 +56,7 @@ Pair run_pair(const Scene& scene, const std::vector<Motion>& motions, const Link
   return pair;
 }
 
-/// Both hands near; then for each of kFar both of them far, and one of each.
+/// Runs both hands near; then, for each of kFar, both far and one of each.
 std::vector<Pair> run_pairs(const Scene& scene, const std::vector<Motion>& motions, const BesideFlags& flags) {
   const LinkSpec near = link_of({flags.near_rtt_ms, 0, 0}, flags.seed);
   std::vector<Pair> pairs(1 + 2 * std::size(kFar));

@@ -18,7 +18,7 @@ constexpr int kSolidNodes = 10;
 struct BodeFlags {
   Material material;
   std::vector<int> orders{10, 12, 20};
-  int nodes = 0;  ///< an edge; 0: the paper's
+  int nodes = 0;  ///< nodes along an edge; 0: the paper's
   bool solid = false, map = true;
   std::string out;
 };
@@ -28,7 +28,7 @@ Specimen specimen_of(const BodeFlags& f) {
                  : Specimen::sheet(f.nodes > 0 ? f.nodes : kPaperNodes, f.material);
 }
 
-/// Logarithmic from 0.02 to 2 N s/m at the paper's k and m: in b / sqrt(k m), so that the map is the same for all k and m.
+/// Logarithmic from 0.02 to 2 N s/m at the paper's k and m; scaled by b / sqrt(k m), so that the map is the same for all k and m.
 std::vector<double> map_dampings(const Material& material, int count) {
   const double unit = std::sqrt(material.stiffness_n_m * material.node_mass_kg);
   const Material low{100, 0.02, 0.001}, high{100, 2, 0.001};
@@ -84,7 +84,7 @@ void print_table(const BodeRun& run) {
   fmt::print("H-infinity norm of the whole body less its damper at the port: {:.4g} N/m\n", run.study.proper_norm.norm);
 }
 
-/// The cube of section 3, whose order the paper names and does not reduce.
+/// Adds the cube of section 3, for which the paper gives the order but no reduction.
 void add_solid(PaperSection& section, const std::filesystem::path& out) {
   BodeFlags flags;
   flags.solid = true;

@@ -39,7 +39,7 @@ Json summary(const BodeRun& run) {
               {"dc_rel_error", m.dc_rel_error},
               {"band_10_100_rel_error", m.band_10_100_rel_error},
               {"band_100_1000_rel_error", m.band_100_1000_rel_error}};
-    // A model whose damper at the port is not the body's is infinitely wrong at infinity: no number to write.
+    // A model whose damper at the port differs from the body's has an infinite error at infinite frequency, which is not written.
     if (std::isfinite(m.hinf.relative)) {
       j["hinf_rel_error"] = m.hinf.relative;
       j["hinf_error_n_m"] = m.hinf.peak.norm;
@@ -74,7 +74,7 @@ void write_map(const std::filesystem::path& out, const std::vector<MapPoint>& ma
 
 struct Drawn {
   const PortModel* model;
-  int type;            ///< of line, 8 = reference
+  int type;            ///< line type, 8 = reference
   std::string dash{};  ///< gnuplot dash type, empty: solid
 };
 
@@ -86,7 +86,7 @@ std::string curves(const std::filesystem::path& out, const std::vector<Drawn>& d
   return s + "\n";
 }
 
-/// Magnitudes above phases: normal, tangential; the cross term's magnitude with the legend below it.
+/// Draws magnitudes above phases: normal, tangential; the cross term's magnitude with the legend below it.
 void figure(const std::filesystem::path& out, const std::string& file, const std::string& title,
             const std::vector<Drawn>& drawn) {
   constexpr int kWidth = 960, kHeight = 560;
@@ -111,7 +111,7 @@ void figure(const std::filesystem::path& out, const std::string& file, const std
   plot_script(out / file, kWidth, kHeight, s + "\nunset multiplot\n");
 }
 
-/// The models of these names that the study holds, the whole body first.
+/// Models of these names that the study contains, the whole body first.
 std::vector<Drawn> pick(const PortStudy& study, const std::vector<std::string>& names) {
   const char* dashes[] = {"", "dt '-'", "dt '.'", "dt '-.'", "dt '_'"};
   std::vector<Drawn> drawn{{&study.full(), 8}};
@@ -146,7 +146,7 @@ void plot_errors(const std::filesystem::path& out, const PortStudy& study) {
   if (type > 0) plot_script(out / "error.svg", kWidth, kHeight, s + "\n");
 }
 
-/// Error over order and damping, a box each.
+/// Draws error over order and damping, one box each.
 void plot_map(const std::filesystem::path& out, const std::vector<MapPoint>& map) {
   std::set<int> orders;
   std::set<double> ratios;
@@ -203,7 +203,7 @@ void plot_bode(const std::filesystem::path& out, const BodeRun& run) {
   if (balanced != study.models.end())
     figure(out, "bode.svg", "Whole body and balanced truncation", pick(study, {balanced->name}));
   const PortModel* ring = study.find("ring-1");
-  // As many balanced states as the ring has, or the nearest that were asked for.
+  // Balanced model with as many states as the ring, or the nearest requested number.
   const PortModel* same = nullptr;
   const auto distance = [&](const PortModel& m) { return std::abs(static_cast<int>(m.states) - static_cast<int>(ring->states)); };
   for (const PortModel& m : study.models)

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPaperError = 1.6e-3;
 
-/// The largest difference of the magnitudes of one entry [dB].
+/// Largest difference between the magnitudes of one entry [dB].
 double magnitude_gap_db(const PortModel& a, const PortModel& b, Complex PortEntries::*entry) {
   double gap = 0;
   for (std::size_t i = 0; i < a.response.value.size(); ++i)
@@ -20,7 +20,7 @@ double magnitude_gap_db(const PortModel& a, const PortModel& b, Complex PortEntr
   return gap;
 }
 
-/// The frequency above which the error stays below `error` [Hz].
+/// Frequency above which the error stays below `error` [Hz].
 double good_above_hz(const PortModel& m, double error) {
   double from = 0;
   for (std::size_t i = 0; i < m.error.size(); ++i)

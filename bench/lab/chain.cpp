@@ -18,13 +18,13 @@ namespace {
 struct ChainRun {
   ChainParameters parameters;
   std::vector<double> frequency_hz;
-  std::array<ChainErrors, 3> errors;  ///< of each model, the worst over `dampings`
+  std::array<ChainErrors, 3> errors;  ///< for each model, the worst over `dampings`
   std::vector<double> dampings;       ///< [N s/m]
   std::array<double, 3> dc_n_m{}, asymptote{};
   double lowest_full_hz = 0, lowest_two_level_hz = 0;
 };
 
-/// Two decades either side of the chain's own frequency.
+/// Frequencies two decades either side of the chain's own.
 std::vector<double> frequencies(const ChainParameters& p, bool quick) {
   const double own_hz = std::sqrt(p.stiffness_n_m / p.mass_kg) / (2 * std::numbers::pi);
   const int points = quick ? 200 : 2000;
@@ -43,7 +43,7 @@ ChainRun compute(const ChainParameters& p, bool quick) {
   ChainRun run;
   run.parameters = p;
   run.frequency_hz = frequencies(p, quick);
-  // The damping given, critical damping of the first mass alone, and every pair of poles real.
+  // The given damping, critical damping of the first mass alone, and a damping at which every pair of poles is real.
   const double critical = 2 * std::sqrt(p.mass_kg * p.stiffness_n_m / 2),
                slowest = std::sin(0.5 * std::numbers::pi / p.elements());
   run.dampings = {p.damping_n_s_m, critical, 2 * std::sqrt(p.mass_kg * p.stiffness_n_m) / slowest};

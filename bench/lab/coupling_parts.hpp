@@ -1,4 +1,4 @@
-// The parts of palpate-lab couplings: what the paper's introduction cites, each shown at work.
+// The parts of palpate-lab couplings: methods cited in the paper's introduction, each demonstrated.
 #pragma once
 
 #include "bench/lab/experiments.hpp"
@@ -10,7 +10,7 @@
 namespace palpate {
 
 struct CouplingFlags {
-  Device1d device;  ///< all parts but `norton` and `proxy`
+  Device1d device;  ///< for all parts but `norton` and `proxy`
   double period_s = 1e-3;
   CouplingParameters coupling{600, 0.1, 0};                 ///< virtual-coupling
   double wall_n_m = 800;                                    ///< proxy, braking-pulse

@@ -1,4 +1,4 @@
-// palpate-lab couplings --part norton: coarse and fine meshes at two rates, beside hold and the port patch.
+// palpate-lab couplings --part norton: coarse and fine meshes at two rates, compared with hold and the port patch.
 #include <fmt/format.h>
 
 #include <iterator>

@@ -1,4 +1,4 @@
-// palpate-lab couplings --part proxy: the god-object against the penalty method, through a thin wall and around an edge.
+// palpate-lab couplings --part proxy: the god-object and the penalty method, through a thin wall and around an edge.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,11 +16,11 @@ constexpr double kPlateM = 0.002, kStepM = 2e-5;
 
 struct ThinWall {
   std::string csv = "depth_mm,penalty_n,god_object_n\n";
-  double popped_at_mm = -1;     ///< depth at which the penalty pushes on instead of back; -1 never
-  double god_object_least = 1;  ///< least of force over k depth
+  double popped_at_mm = -1;     ///< depth at which the penalty force reverses and pushes onwards; -1 never
+  double god_object_least = 1;  ///< least force over k depth
 };
 
-/// Straight down on a plate, on and on. Force: upwards, back to where the tool came from.
+/// Presses straight down through a plate. Force: upwards, back to where the tool came from.
 ThinWall press_through(double wall_n_m) {
   ThinWall result;
   const RigidBody plate = box({-0.02, -0.02, -kPlateM}, {0.02, 0.02, 0});
@@ -37,7 +37,7 @@ ThinWall press_through(double wall_n_m) {
   return result;
 }
 
-/// Turn of a force from straight up towards +x [deg]; nothing without a force.
+/// Angle of a force from straight up towards +x [deg]; NaN for no force.
 double turned_deg(const Vec3& force) {
   if (force.norm() <= 0) return std::numeric_limits<double>::quiet_NaN();
   return std::atan2(force.x(), force.z()) * 180 / std::numbers::pi;
@@ -47,10 +47,10 @@ struct Edge {
   std::string csv =
       "beyond_edge_mm,penalty_deg,god_object_deg,penalty_n,god_object_n,tool_z_mm,proxy_x_mm,proxy_z_mm,nearest_x_mm,nearest_z_"
       "mm\n";
-  double penalty_turn_deg = 0, god_object_turn_deg = 0;  ///< largest turn between neighbouring samples, or of the first
+  double penalty_turn_deg = 0, god_object_turn_deg = 0;  ///< largest turn between samples, or in the first
 };
 
-/// 3 mm under the top of a block, out through its side.
+/// Drags from 3 mm under the top of a block out through its side.
 Edge drag_over_edge(double wall_n_m) {
   Edge result;
   const double depth = 0.003;

@@ -1,4 +1,4 @@
-// palpate-lab couplings --part braking-pulse: hitting a wall as stiff as sampling allows, with and without a braking pulse.
+// palpate-lab couplings --part braking-pulse: an impact on a wall as stiff as sampling allows, with and without a braking pulse.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kWatchedMs = 480;  ///< of the 0.5 s simulated
+constexpr double kWatchedMs = 480;  ///< observed part of the 0.5 s simulated
 
 struct Way {
   const char* name;

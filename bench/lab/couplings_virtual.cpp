@@ -1,4 +1,4 @@
-// palpate-lab couplings --part virtual-coupling: the sampled wall, its limits, and the coupling that lifts them.
+// palpate-lab couplings --part virtual-coupling: the sampled wall, its limits, and the coupling that overcomes them.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -15,11 +15,11 @@ bool stable(const WallLoop& loop) { return spectral_radius(loop) < 1; }
 
 double logarithmic(double from, double to, int k, int points) { return from * std::pow(to / from, k / (points - 1.0)); }
 
-/// K against B: eigenvalues, simulation, the worst spring as operator, passivity.
+/// K against B: by eigenvalues, simulation, the worst spring as operator, and passivity.
 struct DampingMap {
   std::string csv = "wall_damping_n_s_m,passive_n_m,alone_n_m,alone_simulated_n_m,worst_spring_n_m\n";
-  double simulation_error = 0;  ///< largest relative difference of the simulated boundary
-  double held_margin = 1e9;     ///< least of worst_spring over passive
+  double simulation_error = 0;  ///< largest relative error of the simulated boundary
+  double held_margin = 1e9;     ///< least ratio of worst_spring to passive
   double at_zero_alone = 0, at_zero_passive = 0, at_zero_held = 0;
 };
 
@@ -61,7 +61,7 @@ std::string map_period(const WallLoop& base, int points) {
   return csv;
 }
 
-constexpr double kWallDampings[] = {0, 2, 8};  ///< of the device's own
+constexpr double kWallDampings[] = {0, 2, 8};  ///< multiples of the device's own damping
 
 std::string map_mass(const WallLoop& base, int points) {
   std::string csv = "mass_kg,no_damper_n_m,damper_n_m,strong_damper_n_m\n";
@@ -78,10 +78,10 @@ std::string map_mass(const WallLoop& base, int points) {
   return csv;
 }
 
-/// Growth of the loop's slowest motion over the environment's stiffness: alone, through the coupling, through too stiff a one.
+/// Growth of the loop's slowest motion over the environment's stiffness: alone, with the coupling, with too stiff a coupling.
 struct GrowthMap {
   std::string csv = "environment_n_m,alone_1_s,coupled_1_s,too_stiff_1_s\n";
-  double alone_from_n_m = 0;  ///< first environment on which it grows without the coupling
+  double alone_from_n_m = 0;  ///< first environment on which the motion grows without the coupling
   double coupled_most_1_s = -1e9;
   double too_stiff_most_1_s = -1e9;
 };

@@ -1,4 +1,4 @@
-// palpate-lab dominance: is what answers the hand local to the contact, and will `ring` serve?
+// palpate-lab dominance: is the response to the hand local to the contact, and is `ring` good enough?
 #include "bench/paper/dominance.hpp"
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kNodesMax = 4000;  // a balancing of minutes
+constexpr std::size_t kNodesMax = 4000;  // balancing takes minutes at this size
 
 struct DominanceFlags {
   std::string scene, out;
@@ -27,7 +27,7 @@ struct DominanceFlags {
   int layers = 4;
 };
 
-/// The node (i, j, k), each counted along its axis over the coordinates at which the body has nodes.
+/// Node (i, j, k), each index counted along its axis over the coordinates at which the body has nodes.
 std::uint32_t node_at(const LumpedBody& body, const std::vector<int>& index) {
   Vec3 wanted = Vec3::Zero();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -48,7 +48,7 @@ std::uint32_t node_at(const LumpedBody& body, const std::vector<int>& index) {
   return static_cast<std::uint32_t>(nearest - body.nodes.begin());
 }
 
-/// The node that is balanced at: the named one, the attached one, or the surface node nearest to where the tool starts.
+/// Node at which the body is balanced: the named one, the attached one, or the surface node nearest to the start of the tool.
 std::uint32_t port_of(const Scene& scene, const DominanceFlags& flags) {
   const LumpedBody& body = scene.body;
   std::uint32_t node = scene.tool.node;
@@ -68,12 +68,12 @@ std::uint32_t port_of(const Scene& scene, const DominanceFlags& flags) {
   return node;
 }
 
-/// Not when it takes the whole body for a ring.
+/// Returns false if the ring would have to be the whole body.
 bool ring_serves(const Dominance& d) {
   return d.ring_layers_all > 0 && d.rings[static_cast<std::size_t>(d.ring_layers_all) - 1].states < d.states_full;
 }
 
-/// In words, two or three sentences.
+/// Formats the verdict in two or three sentences.
 std::string verdict(const Dominance& d) {
   const double within_2 = d.layers[std::min<std::size_t>(2, d.layers.size() - 1)].within;
   std::string text = fmt::format(

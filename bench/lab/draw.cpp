@@ -1,4 +1,4 @@
-// palpate-lab draw: bodies that nobody has looked at, as scene files for the other experiments.
+// palpate-lab draw: randomly drawn bodies as scene files for the other experiments.
 #include <fmt/format.h>
 
 #include "bench/lab/experiments.hpp"

@@ -1,5 +1,5 @@
-// The experiments of palpate-lab. Each adds its own sub-command with its own flags; those of the paper can also be run by
-// `palpate-lab paper`, which sets what they find beside what is printed there.
+// The experiments of palpate-lab. Each adds its own sub-command with its own flags. `palpate-lab paper` can run those of the
+// paper and compares their findings with the printed ones.
 #pragma once
 
 #include <filesystem>
@@ -45,16 +45,16 @@ void add_summary(CLI::App& app, Run& run);
 /// number; ours is stated.
 enum class Verdict { agrees, differs, beyond };
 
-/// One line of the report: what the paper says, what we get.
+/// One line of the report: the paper's statement and our result.
 struct Finding {
   std::string what;   ///< "SNR of the held force", with the unit
-  std::string paper;  ///< as printed there, or what it shows; empty when it is silent
+  std::string paper;  ///< printed there, or read from its figure; empty if it says nothing
   std::string ours;
   Verdict verdict = Verdict::agrees;
-  std::string reason;  ///< needed for `differs`; elsewhere a remark, may be empty
+  std::string reason;  ///< required for `differs`; else an optional remark
 };
 
-/// A plot with its caption; CSV files beside it hold the figures.
+/// A plot with its caption; CSV files next to it hold the figures.
 struct Figure {
   std::filesystem::path svg;
   std::string caption;
@@ -63,14 +63,14 @@ struct Figure {
 /// A section of the report.
 struct PaperSection {
   std::string title;    ///< "Section 2, figure 2: a nonlinear spring"
-  std::string command;  ///< that makes this section alone: "palpate-lab spring1d --out DIR"
-  std::string text;     ///< one to four sentences: what was computed and how, what to see
+  std::string command;  ///< command that makes this section alone: "palpate-lab spring1d --out DIR"
+  std::string text;     ///< one to four sentences: what was computed, how, and what to look at
   std::vector<Finding> findings;
   std::vector<Figure> pictures;
 };
 
-// Each writes what its command writes into `out` (made when missing) and returns the section. `quick`: coarser grids and shorter
-// runs, the same code.
+// Each writes the files of its command into `out` (created if missing) and returns the section. `quick`: coarser grids and
+// shorter runs of the same code.
 PaperSection paper_spring1d(const std::filesystem::path& out, bool quick);
 PaperSection paper_chain(const std::filesystem::path& out, bool quick);
 PaperSection paper_bode(const std::filesystem::path& out, bool quick);

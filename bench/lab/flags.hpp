@@ -1,4 +1,4 @@
-// Names of an enumeration as a flag.
+// Names of an enumeration as values of a flag.
 #pragma once
 
 #include <map>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// The help shows the names, not the numbers that stand for them.
+/// Accepts the names; the help shows them instead of the numbers behind them.
 template <class Value>
 CLI::CheckedTransformer one_of_names(const std::map<std::string, Value>& values) {
   CLI::CheckedTransformer names(values);

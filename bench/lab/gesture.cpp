@@ -1,4 +1,4 @@
-// palpate-lab gesture: a motion for any body, made from its own surface, as a file that every program takes.
+// palpate-lab gesture: a motion for any body, derived from its own surface, as a file that every program accepts.
 #include <fmt/format.h>
 
 #include "bench/lab/experiments.hpp"

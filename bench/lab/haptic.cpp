@@ -1,5 +1,5 @@
-// palpate-lab haptic: a Phantom in a hand touches the 6x6x6 cube; the force of the low-rate model beside what is displayed.
-// Figure 17 of the paper.
+// palpate-lab haptic: a Phantom in a hand touches the 6x6x6 cube; the force of the low-rate model compared with the displayed
+// force. Figure 17 of the paper.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,13 +28,13 @@ struct HapticFlags {
   LinkFlags link;
 };
 
-/// Down onto the middle of the top, 8 mm deep, along the surface, a second and quicker push, off again [m], [s].
+/// Motion onto the middle of the top, 8 mm deep, along the surface, a second and quicker push, off again [m], [s].
 Motion touch_motion(const Vec3& home) {
   struct Stop {
     double t_s;
     Vec3 at;
   };
-  const double down = -0.020;  // from where a tool starts to the surface
+  const double down = -0.020;  // from the start of a tool to the surface
   const std::vector<Stop> stops{{0.0, {0, 0, 0}},
                                 {0.15, {0, 0, 0}},
                                 {0.55, {0, 0, down - 0.008}},
@@ -64,7 +64,7 @@ struct HapticDisplay {
   ReplayResult run;
   std::vector<Vec3> low_rate;  ///< force of the newest frame, held, tick by tick
   Fidelity low_rate_fidelity;
-  double pull_max_n = 0;  ///< displayed, along the normal of the top
+  double pull_max_n = 0;  ///< largest displayed pull along the normal of the top
   int onset_ms = -1, low_rate_onset_ms = -1, reference_onset_ms = -1;
 };
 

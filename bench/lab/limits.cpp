@@ -1,4 +1,4 @@
-// palpate-lab limits: fidelity against stiffness ratio and depth, by the real cores in virtual time.
+// palpate-lab limits: fidelity against stiffness ratio and depth, with the real cores in virtual time.
 #include "bench/lab/limits.hpp"
 
 #include <fmt/format.h>
@@ -24,8 +24,8 @@ namespace {
 constexpr Flaw kFlaws[] = {Flaw::soft_below, Flaw::stiff_inside, Flaw::stiff_at_top, Flaw::torn};
 constexpr double kPaperDepthMm = 10;
 
-/// The base excursion of scenes/motions, as large as wanted: mean depth, +-40 % of it at 1.5 Hz, 3 % at 9 Hz, and to the sides 40
-/// and 30 % at 1.1 and 0.7 Hz, ramped in over 0.25 s.
+/// The base excursion of scenes/motions, scaled: mean depth, +-40 % of it at 1.5 Hz, 3 % at 9 Hz, and sideways 40 and 30 % at 1.1
+/// and 0.7 Hz, ramped in over 0.25 s.
 Motion excursion(const Vec3& home, double depth_m, double duration_s) {
   std::vector<MotionPoint> points;
   const int ticks = static_cast<int>(duration_s * kHapticRateHz);
@@ -37,7 +37,7 @@ Motion excursion(const Vec3& home, double depth_m, double duration_s) {
   return Motion(std::move(points), "excursion");
 }
 
-/// A body and a motion, and the curves to which its runs add a point each.
+/// A body and a motion, and the curves to which its runs add one point each.
 struct Case {
   Scene scene;
   double depth_mm = 0, at = 0;
@@ -45,7 +45,7 @@ struct Case {
   std::vector<Scheme> schemes;
 };
 
-/// One reference serves all schemes and delays: without a simulated device the tool's path is the motion's.
+/// One reference serves all schemes and delays: without a simulated device the tool's path is the motion itself.
 std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double rate_hz) {
   const Motion motion = excursion(home_of(c.scene), c.depth_mm * 1e-3, plan.motion_s);
   std::vector<LimitCurve> points;
@@ -102,7 +102,7 @@ void write_curves(const std::filesystem::path& file, const std::string& axis, co
   write_text(file, csv);
 }
 
-/// One panel a body: colour says the scheme, dashes the longest round trip.
+/// Draws one panel per body: colours for schemes, dashes for the longest round trip.
 void plot_flaws(const std::filesystem::path& out, const std::vector<LimitCurve>& curves, const LimitsPlan& plan) {
   const std::vector<Scheme> schemes = shown_schemes();
   std::vector<Panel> panels;

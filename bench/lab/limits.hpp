@@ -1,4 +1,4 @@
-// Where local models end: bodies that are soft below, lumpy or torn, and excursions that are large. Section 7 of the paper.
+// Limits of local models: bodies with a soft base, with lumps or tears, and large excursions. Section 7 of the paper.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// One curve: fidelity of a scheme against what is varied (a ratio of stiffness, or a depth in mm).
+/// One curve: fidelity of a scheme over the varied quantity (a ratio of stiffness, or a depth in mm).
 struct LimitCurve {
   std::string body;
   Scheme scheme = Scheme::port;
@@ -18,8 +18,8 @@ struct LimitCurve {
 };
 
 struct Limits {
-  std::vector<LimitCurve> flaws;   ///< against the ratio of stiff to soft springs
-  std::vector<LimitCurve> depths;  ///< against the mean depth of the excursion [mm], scheme port: linear and stiffening springs
+  std::vector<LimitCurve> flaws;   ///< over the ratio of stiff to soft springs
+  std::vector<LimitCurve> depths;  ///< over the mean depth of the excursion [mm], scheme port: linear and stiffening springs
 };
 
 struct LimitsPlan {
@@ -28,7 +28,7 @@ struct LimitsPlan {
 };
 LimitsPlan limits_plan(bool quick);
 
-/// Leaves flaws.csv, depths.csv, summary.json, flaws.svg and depths.svg in `out`.
+/// Writes flaws.csv, depths.csv, summary.json, flaws.svg and depths.svg to `out`.
 Limits find_limits(const LimitsPlan& plan, double rate_hz, const std::filesystem::path& out);
 
 }  // namespace palpate

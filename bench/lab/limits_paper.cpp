@@ -1,4 +1,4 @@
-// What the paper names as the limits of its method, measured.
+// Measures the limits of the method that the paper names.
 #include <fmt/format.h>
 
 #include <algorithm>

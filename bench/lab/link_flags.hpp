@@ -1,4 +1,4 @@
-// Flags that several experiments share: the scheme, and the link over which it works.
+// Flags shared by several experiments: the scheme and the link.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,24 +12,24 @@
 
 namespace palpate {
 
-/// What this build serves, in the order of the names.
+/// Schemes of this build, in the order of the names.
 std::vector<Scheme> available_schemes();
-/// InputError, which names them, for another name.
+/// Throws InputError, with the available names, for another name.
 Scheme available_scheme(const std::string& name);
-/// For flags that name schemes: what is typed counts, and is recorded, as today's name.
+/// Validator for flags that name schemes: old names are accepted, and recorded as today's names.
 CLI::Validator current_name();
 
 struct LinkFlags {
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
   std::uint64_t seed = 1;
 
-  /// Also --route, which sets rtt_ms to that of a measured route. The flags must stay where they are until the line is parsed.
+  /// Also adds --route, which sets rtt_ms to that of a measured route. This object must not move until the line is parsed.
   void add_to(CLI::App& command);
-  /// One way. InputError when the numbers do not go together.
+  /// One-way link. Throws InputError for inconsistent numbers.
   LinkSpec one_way() const;
 };
 
-/// What every replay is told: scheme, states, link. InputError for a scheme that is not there.
+/// Options common to all replays: scheme, states, link. Throws InputError for an unavailable scheme.
 ReplayOptions replay_options(const std::string& scheme, int order, const LinkFlags& link);
 
 }  // namespace palpate

@@ -1,9 +1,9 @@
-// palpate-lab live: a hand over a bad link in real time, beside the same hand in virtual time, and what each cause takes of it.
+// palpate-lab live: a hand over a bad link in real time, the same hand in virtual time, and the loss of fidelity from each cause.
 //
-// In virtual time the same motion goes over the same kind of link with the same scheme: with a server whose frames take what the
-// live one's took, one by one; then each what they took in the mean; then also without jitter, without loss, without both, and
-// without computing. So the difference of neighbouring rows is what one cause takes. What is left between the first two rows is
-// what only real time has: rollouts that were left out, threads that woke late, and other draws of the same link.
+// In virtual time the same motion goes over the same kind of link with the same scheme: first with a server whose frames take
+// exactly the times of the live one's; then with their mean; then also without jitter, without loss, without both, and without
+// computing time. So the difference of neighbouring rows is the effect of one cause. The difference between the first two rows
+// has only real-time causes: omitted rollouts, threads that woke late, and other random draws of the same link.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct Flags {
 struct LiveRow {
   std::string name;
   double snr_db = 0, age_mean_ms = 0, age_p95_ms = 0;
-  double bytes = 0;  ///< a patch, with its copies and terms
+  double bytes = 0;  ///< per patch, with its copies and terms
 };
 
 double share_pct(double part, double all) { return all > 0 ? 100 * part / all : 0; }
@@ -146,12 +146,12 @@ std::vector<LivePart> parts_of(const std::vector<LiveRow>& rows) {
           {"computing", all - neither}};
 }
 
-/// Of the live run.
+/// Figures of the live run.
 struct LiveFigures {
   double frame_ms_mean = 0, frame_ms_max = 0, skipped_pct = 0;
-  double without_rollouts_pct = 0;  ///< of the frames that stepped the body
-  double without_terms_pct = 0;     ///< of the patches, those that lacked a piece of the terms that they were sent with
-  double late_pct = 0;              ///< of the ticks
+  double without_rollouts_pct = 0;  ///< share of the frames that stepped the body
+  double without_terms_pct = 0;     ///< share of the patches that lacked a piece of their terms
+  double late_pct = 0;              ///< share of late ticks
 };
 
 LiveFigures figures_of(const LiveRun& run, const std::string& scheme) {
@@ -260,7 +260,7 @@ void add_live(CLI::App& app, Run& run) {
   c->add_option("--duration-s", flags->duration_s, "of the motion's beginning; default: all of it")
       ->check(number_from<double>(1.5, 3600));
   flags->link.add_to(*c);
-  c->remove_option(c->get_option("--compute-ms"));  // the live run says
+  c->remove_option(c->get_option("--compute-ms"));  // determined by the live run
   c->add_option("--out", flags->out, "folder for live.csv, live.json, live.svg and the client's report")
       ->type_name("DIR")
       ->required();

@@ -26,7 +26,7 @@ namespace {
 
 constexpr const char* kAnyPort = "127.0.0.1:0";
 
-/// palpate-server with one room and one thread for it, until stop().
+/// Runs palpate-server with one room and one thread for it, until stop().
 class LiveServer {
  public:
   LiveServer(const LiveSetting& setting, const std::filesystem::path& recording)
@@ -41,7 +41,7 @@ class LiveServer {
   }
 
   UdpEndpoint address() const { return shell_.address(); }
-  /// Throws what its body threw.
+  /// Throws the exception of its body, if any.
   ServerCounts stop() {
     end();
     if (failure_) std::rethrow_exception(failure_);
@@ -66,7 +66,7 @@ class LiveServer {
   std::thread thread_;
 };
 
-/// palpate-relay.
+/// Runs palpate-relay.
 class LiveRelay {
  public:
   LiveRelay(const UdpEndpoint& server, const LinkSpec& each_way)
@@ -86,7 +86,7 @@ class LiveRelay {
   std::thread thread_;
 };
 
-/// Its output goes to `log`. Returns when it has ended.
+/// Runs a program to its end, with its output redirected to `log`.
 void run_program(const std::filesystem::path& program, std::vector<std::string> arguments, const std::filesystem::path& log) {
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> raw;

@@ -1,7 +1,7 @@
 // One run in real time over a bad link on this machine: server, relay and client, over UDP on the loopback.
 //
-// Server and relay run on threads of this process, as their programs run them; the hand is palpate-client itself, beside this
-// program, with a device that follows the motion as it is, so that the same motion in virtual time has the same truth.
+// Server and relay run on threads of this process, as in their programs. The hand is palpate-client itself, from the folder of
+// this program, with a device that follows the motion exactly, so the same motion in virtual time has the same reference.
 #pragma once
 
 #include <filesystem>
@@ -22,17 +22,17 @@ struct LiveSetting {
   std::string scheme;
   LinkSpec each_way;
   double rate_hz = 20;
-  std::filesystem::path folder;  ///< for the client's report and log, and the room's recording
+  std::filesystem::path folder;  ///< folder for the client's report and log, and for the room's recording
 };
 
 struct LiveRun {
   ClientReport report;
   Json client;                      ///< summary.json of its report
-  ServerCounts server;              ///< of the whole run, before and after the motion too
-  std::vector<Micros> frame_times;  ///< of the frames that stepped the body
+  ServerCounts server;              ///< over the whole run, including before and after the motion
+  std::vector<Micros> frame_times;  ///< for frames that stepped the body
 };
 
-/// InputError when palpate-client is not beside this program, std::runtime_error when a part of the run fails.
+/// Throws InputError if palpate-client is not in the folder of this program, std::runtime_error if a part of the run fails.
 LiveRun run_live(const LiveSetting& setting);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// palpate-lab load: what a room full of stations costs its server, part by part, and what one more costs.
+// palpate-lab load: cost of a room full of stations for its server, part by part, and of one more station.
 #include <fmt/format.h>
 
 #include "bench/lab/experiments.hpp"

@@ -1,4 +1,4 @@
-// palpate-lab: experiments on touch under latency. `palpate-lab list` names them.
+// palpate-lab: experiments on touch under latency. `palpate-lab list` lists them.
 #include <fmt/format.h>
 
 #include <string>
@@ -13,13 +13,13 @@ namespace {
 
 using namespace palpate;
 
-/// An experiment: what adds it, and how it is typed.
+/// An experiment: the function that adds it, and its command name.
 struct LabExperiment {
   void (*add)(CLI::App&, Run&);
   const char* example;
 };
 
-/// Experiments by the question that brings somebody here.
+/// Experiments grouped by the question that they answer.
 struct Question {
   const char* asks;
   std::vector<LabExperiment> experiments;

@@ -1,4 +1,4 @@
-// palpate-lab masking: what the hand notices of the network, for every scheme, over round trip, jitter and loss.
+// palpate-lab masking: effects of the network that a hand can notice, for every scheme, over round trip, jitter and loss.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ double median(const MaskingCells& cells, const std::function<double(const Maskin
   return percentile(std::move(values), 0.5);
 }
 
-/// Many cells in one line: the middle of what is alike in all, the worst of what must never be bad.
+/// Many cells in one line: the median of figures that are alike in all, the worst of those that must never be bad.
 struct Digest {
   std::size_t swaps = 0;
   double snr_db = 0, p95_over_jnd = 0;
@@ -86,7 +86,7 @@ constexpr Axis kAxes[] = {{"rtt", "round trip [ms]", &MaskingLink::rtt_ms, 0},
                           {"loss", "datagrams lost, each way [%]", &MaskingLink::loss_pct, 0},
                           {"burst", "datagrams lost in runs of 4 (mean), each way [%]", &MaskingLink::loss_pct, kBurstMean}};
 
-/// The cells along one axis through (rtt, no jitter, no loss).
+/// Cells along one axis through (rtt, no jitter, no loss).
 MaskingCells along(const MaskingCells& cells, const Axis& axis, double rtt_ms) {
   return those(cells, [&](const MaskingCell& c) {
     MaskingLink l = c.link;
@@ -164,7 +164,7 @@ Json to_json(const Digest& d) {
           {"uplink_bytes_s", d.uplink_bytes_s}};
 }
 
-/// How much loss takes from the SNR: each cell under the promised loss against its twin without any, the same jitter and draws.
+/// Reduction of the SNR by loss: each cell with the promised loss against its twin without, with the same jitter and draws.
 struct Drops {
   double mean_db = 0, worst_db = -std::numeric_limits<double>::infinity();
   std::string worst_where;

@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kHomeAboveM = 0.020, kStartAboveM = 0.001;  // Room::home(), and where the motions begin
+constexpr double kHomeAboveM = 0.020, kStartAboveM = 0.001;  // Room::home(), and the start of the motions
 
 void add_once(std::vector<MaskingLink>& links, const MaskingLink& link) {
   if (std::find(links.begin(), links.end(), link) == links.end()) links.push_back(link);

@@ -1,7 +1,7 @@
-// What `palpate-lab masking` computes: one cell is one motion on one body through one scheme over one link (replay.hpp).
+// Cells of `palpate-lab masking`: one motion on one body through one scheme over one link (replay.hpp).
 //
-// Bodies are scenes that are touched, so that a contact begins and ends; motions are those of scenes/motions, lifted so that
-// they begin 1 mm above the middle of the top.
+// Bodies are touched scenes, so that contacts begin and end; motions are those of scenes/motions, raised so that they begin 1 mm
+// above the middle of the top.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +22,7 @@ struct MaskingCell {
   std::string body, motion;
   Scheme scheme = Scheme::port;
   MaskingLink link;
-  // measured
+  // Results:
   double snr_db = 0, p95_over_jnd = 0;
   OnsetErrors onset;
   HandOverSteps hand_over, felt_step;
@@ -30,26 +30,26 @@ struct MaskingCell {
 };
 
 struct MaskingGrid {
-  double rtt_ms = 150;                                              ///< around which jitter and loss are swept
-  std::vector<std::string> axes{"rtt", "jitter", "loss", "burst"};  ///< beside the link of the promise, which is always there
+  double rtt_ms = 150;                                              ///< round trip at which jitter and loss are varied
+  std::vector<std::string> axes{"rtt", "jitter", "loss", "burst"};  ///< axes, with the promised link always added
   bool quick = false;                                               ///< one body, two motions, the ends of the axes
-  std::vector<Scheme> schemes = {};                                 ///< none: all that this build has
+  std::vector<Scheme> schemes = {};                                 ///< empty: all of this build
   std::filesystem::path scenes = "scenes";
 };
 
-/// The link at which the design's promise holds: 20 ms jitter, 5 % loss; and the same without loss, and without either.
+/// Link for which the design's promise holds: 20 ms jitter, 5 % loss; also tried without loss, and without either.
 inline constexpr double kPromisedJitterMs = 20, kPromisedLossPct = 5, kPromisedDropDb = 1.5;
-/// Mean run of lost datagrams of the burst axis: four patches, 0.2 s at 20 Hz.
+/// Mean run of lost datagrams on the burst axis: four patches, 0.2 s at 20 Hz.
 inline constexpr double kBurstMean = 4;
 
-/// Cells without their measures, in an order that depends on the grid alone.
+/// Cells without results, in an order that depends on the grid alone.
 std::vector<MaskingCell> masking_cells(const MaskingGrid& grid);
-/// Fills in the measures of all cells, `jobs` at a time; references are computed once per body and motion. Throws what replay()
+/// Fills in the results of all cells, `jobs` at a time; references are computed once per body and motion. Throws what replay()
 /// throws.
 void measure_cells(const MaskingGrid& grid, std::vector<MaskingCell>& cells, unsigned jobs);
 
 std::string cells_csv(const std::vector<MaskingCell>& cells);
-/// The other way; InputError with file and line.
+/// Parses cells_csv(); throws InputError with file and line.
 std::vector<MaskingCell> read_cells(const std::filesystem::path& file);
 
 }  // namespace palpate

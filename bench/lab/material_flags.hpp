@@ -1,4 +1,4 @@
-// The material of the paper's specimens on the command line: flags shared by the experiments on them.
+// Command-line flags for the material of the paper's specimens, shared by their experiments.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ inline void add_material(CLI::App& command, Material& material) {
   command.add_option("--node-mass-kg", material.node_mass_kg, "of every node")->check(number_from(1e-12, 1e6));
 }
 
-/// "nan" is a number to the command line, and lies in every range.
+/// Refuses "nan", which the command line accepts as a number in every range.
 inline void refuse_nan(const Material& material) {
   for (const auto& [flag, value] : {std::pair{"--stiffness-n-m", material.stiffness_n_m},
                                     {"--damping-n-s-m", material.damping_n_s_m},

@@ -1,4 +1,4 @@
-// palpate-lab modes: where in the sheet the states of the reduced model live (the paper's fig. 6), and how its stress decays.
+// palpate-lab modes: location of the reduced model's states in the sheet (the paper's fig. 6), and decay of its stress.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,10 +16,10 @@
 namespace palpate {
 namespace {
 
-/// Depths between which the exponent of the stress is fitted: from about the first node of the paper's sheet to a third of it,
-/// before the fixed edges are felt. Curves are drawn relative to the stress in between.
+/// Depths between which the exponent of the stress is fitted: from about the first node of the paper's sheet to a third of the
+/// sheet, before the fixed edges have an effect. Curves are drawn relative to the stress at kReferenceM.
 constexpr double kFitFromM = 0.008, kFitToM = 0.034, kReferenceM = 0.02;
-/// The radius of the headline figure: a quarter of the sheet.
+/// Radius of the headline figure: a quarter of the sheet.
 constexpr double kNearM = 0.025;
 
 struct ModesFlags {
@@ -48,7 +48,7 @@ std::size_t near_index(const ModesRun& run) {
   return k;
 }
 
-/// Between two nodes, along a power law.
+/// Interpolates between two nodes, along a power law.
 double stress_at(const std::vector<StressAt>& line, double depth_m) {
   std::size_t k = 1;
   while (k + 1 < line.size() && line[k].depth_m < depth_m) ++k;
@@ -129,7 +129,7 @@ Json summary(const ModesRun& run) {
   return {{"states_full", run.states}, {"evenly_spread_within_25_mm", run.even[near]}, {"states", states}, {"decay", decay}};
 }
 
-/// One small map a state, the sheet as it lies: free edge on top, the instrument a ring at (50, 0).
+/// Draws one small map per state, in the orientation of the sheet: free edge on top, the instrument a ring at (50, 0).
 void plot_states(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
   const auto count = static_cast<int>(run.shapes.size());
   const int columns = std::min(5, count), rows = (count + columns - 1) / columns;

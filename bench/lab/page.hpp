@@ -1,4 +1,4 @@
-// Self-contained HTML pages: a mustache template filled with JSON, pictures inside the file, so that it opens offline.
+// Self-contained HTML pages: a mustache template filled from JSON, with embedded pictures, so that a page opens offline.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace palpate {
 
-/// Objects become sections, arrays lists, the rest text (escaped where the template says {{name}}); an empty text counts as
-/// nothing for {{#name}}. std::logic_error when the template itself is wrong.
+/// Renders objects as sections, arrays as lists, everything else as text (escaped for {{name}}); an empty text counts as false
+/// for {{#name}}. Throws std::logic_error if the template itself is wrong.
 std::string render_page(const std::string& page_template, const Json& data);
 
-/// An SVG file as a data URI for <img src>; empty when there is no such file (plots are an extra).
+/// Returns an SVG file as a data URI for <img src>; empty if there is no such file (plots are optional).
 std::string picture_uri(const std::filesystem::path& svg);
 
 }  // namespace palpate

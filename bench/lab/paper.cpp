@@ -1,4 +1,4 @@
-// palpate-lab paper: every experiment of Cavusoglu and Tendick, and one page that sets their figures beside ours.
+// palpate-lab paper: every experiment of Cavusoglu and Tendick, and one page that compares their figures with ours.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct Experiment {
   PaperSection (*run)(const std::filesystem::path& out, bool quick);
 };
 
-/// In the paper's order.
+/// Experiments in the paper's order.
 constexpr Experiment kExperiments[] = {
     {"spring1d", paper_spring1d}, {"bode", paper_bode},       {"modes", paper_modes},
     {"chain", paper_chain},       {"scaling", paper_scaling}, {"haptic", paper_haptic},
@@ -68,7 +68,7 @@ std::size_t count(const Outcome& outcome, Verdict verdict) {
                                                 [&](const Finding& f) { return f.verdict == verdict; }));
 }
 
-/// Names are set in backquotes for the terminal; a page has none.
+/// Removes the backquotes that mark names on the terminal.
 std::string plain(std::string text) {
   std::erase(text, '`');
   return text;

@@ -1,4 +1,4 @@
-// palpate-lab pareto: error against run time, of meshes, of bodies and of patches; what no other point beats in both is the
+// palpate-lab pareto: error against run time of meshes, bodies and patches; the points that no other beats in both form the
 // front.
 #include <fmt/format.h>
 
@@ -38,7 +38,7 @@ struct Group {
   ParetoCells cells;
 };
 
-/// ParetoCells of one picture, in the order in which they first appear.
+/// Cells of each picture, in the order in which the pictures first appear.
 std::vector<Group> groups_of(const ParetoCells& cells) {
   std::vector<Group> groups;
   for (const ParetoCell& c : cells) {
@@ -48,7 +48,7 @@ std::vector<Group> groups_of(const ParetoCells& cells) {
   return groups;
 }
 
-/// cost against error [%]: a file for each method, and one for the front.
+/// Writes cost against error [%]: a file for each method, and one for the front.
 std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const ParetoCells& cells,
                                    const std::vector<std::size_t>& which, double ParetoCell::*cost) {
   std::string csv = "cost,error_pct\n";
@@ -101,7 +101,7 @@ void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
     plot_grid_with_one_legend(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
 }
 
-/// For each cell whether it is on the front.
+/// For each cell: true if it is on the front.
 std::vector<bool> on_front(const ParetoCells& cells, double ParetoCell::*cost) {
   std::vector<bool> on(cells.size(), false);
   for (const std::size_t i : pareto_front(cells, cost)) on[i] = true;

@@ -22,21 +22,21 @@ namespace {
 constexpr const char* kParetoHeader = "kind,what,variant,method,setting,error,server_ms_s,build_ms,tick_us,bytes";
 constexpr std::size_t kParetoCellsKeyFields = 5;
 const std::array<std::string_view, 3> kKinds{"body", "patch", "mesh"};
-const std::array<std::string_view, 3> kElements{"hexahedron", "tetrahedron", "spring"};   // of TissueElement
-const std::array<std::string_view, 3> kIntegrators{"tr-bdf2", "explicit", "stabilised"};  // from IntegratorKind::tr_bdf2 on
+const std::array<std::string_view, 3> kElements{"hexahedron", "tetrahedron", "spring"};   // names of TissueElement
+const std::array<std::string_view, 3> kIntegrators{"tr-bdf2", "explicit", "stabilised"};  // names from IntegratorKind::tr_bdf2 on
 constexpr auto kFirstIntegrator = static_cast<std::size_t>(IntegratorKind::tr_bdf2);
-constexpr std::string_view kSolid = "solid";  // before the size of a cube of tetrahedra
-constexpr std::string_view kOwn = "own";      // damping of a body that a scene describes
+constexpr std::string_view kSolid = "solid";  // prefix of the size of a cube of tetrahedra
+constexpr std::string_view kOwn = "own";      // stands for the damping in the scene
 constexpr const char* kLiver = "organ-solid";
-constexpr double kWellDampedS = 0.001;                     // b / k of bodies for stabilised steps
-constexpr double kSteps[] = {0.050, 0.025, 0.010, 0.005};  // at most [s]
+constexpr double kWellDampedS = 0.001;                     // least b / k of bodies for stabilised steps
+constexpr double kSteps[] = {0.050, 0.025, 0.010, 0.005};  // largest steps [s]
 
 struct References {
   std::map<std::string, std::vector<Vec3>> bodies;  // by group
   SweepTasks exams;                                 // by scene
 };
 
-/// Fine enough that second order leaves 0.002 % of what 10 ms steps are wrong by at most.
+/// Reference of a cell, fine enough that second order leaves at most 0.002 % of the error of 10 ms steps.
 ParetoCell reference_cell(ParetoCell cell) {
   constexpr int kSmall = 10;
   cell.cube.integrator = IntegratorKind::tr_bdf2;
@@ -161,7 +161,7 @@ References references_of(const ParetoGrid& grid, const std::vector<ParetoCell>& 
   return references;
 }
 
-/// A cube by its nodes an edge, any other body by its scene.
+/// Returns true for a cube, named by its nodes per edge; any other body is named by its scene.
 bool is_cube(const std::string& what) {
   return what.starts_with(kSolid) || (!what.empty() && what.front() >= '0' && what.front() <= '9');
 }

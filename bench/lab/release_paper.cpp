@@ -1,4 +1,4 @@
-// The paper's figure 18 and its section on stability, set beside what happens here.
+// Compares the paper's figure 18 and its section on stability with our results.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ std::string words(const ReleaseResult& r) {
 }
 
 struct Runs {
-  std::vector<ReleaseResult> loosened, let_go;  ///< of kShown
+  std::vector<ReleaseResult> loosened, let_go;  ///< with the parameters in kShown
 };
 
 Runs run_figure(const Scene& scene, const std::filesystem::path& out) {

@@ -32,7 +32,7 @@ Plan plan_of(bool quick) {
           true};
 }
 
-constexpr double kLostMm = 300;  ///< what a lost tool counts as in plots
+constexpr double kLostMm = 300;  ///< value of a lost tool in plots
 
 std::string sweep_file(double rate_hz) { return fmt::format("sweep_{:g}hz.csv", rate_hz); }
 std::string decay_file(double rtt_ms) { return fmt::format("decay_{:g}ms.csv", rtt_ms); }

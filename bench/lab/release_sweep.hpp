@@ -1,4 +1,4 @@
-// The release experiment over round trips, frame rates and schemes: what its command and the report of the paper share.
+// The release experiment over round trips, frame rates and schemes: shared by its command and the report of the paper.
 #pragma once
 
 #include <filesystem>
@@ -15,26 +15,26 @@ struct ReleasePoint {
   bool lost = false;
   double display_min_j = 0;
 
-  /// The higher of the last two windows [m].
+  /// Larger motion of the last two windows [m].
   double last_m() const;
 };
 
-/// All available schemes over round trips at one rate; in the order of schemes, then round trips.
+/// All available schemes over round trips at one rate, ordered by scheme, then round trip.
 using RateSweep = std::vector<ReleasePoint>;
 
 struct ReleaseSweep {
   std::vector<RateSweep> rates;
-  /// By scheme, at no delay and the first rate: the least viscous friction of the device, of 0, 0.1, 0.2, 0.5, ... 20 N s/m, with
-  /// which it comes to rest; infinity for none. Empty in a quick sweep.
+  /// For each scheme, without delay at the first rate: the least viscous friction of the device, of 0, 0.1, 0.2, 0.5, ... 20 N
+  /// s/m, with which it comes to rest; infinity if there is none. Empty in a quick sweep.
   std::vector<double> damping_n_s_m;
 };
 
-/// Everything that the grid does not set is as in `base`. Leaves sweep_RATEhz.csv, decay_RTTms.csv, damping.csv, summary.json,
-/// release_map.svg and release_decay.svg in `out`.
+/// Everything that the grid does not set is as in `base`. Writes sweep_RATEhz.csv, decay_RTTms.csv, damping.csv, summary.json,
+/// release_map.svg and release_decay.svg to `out`.
 ReleaseSweep sweep_release(const Scene& scene, const ReleaseOptions& base, bool quick, const std::filesystem::path& out);
 void print_sweep(const ReleaseSweep& sweep);
 
-/// One run as CSV: t_s from the release on; depth and push along the way into the body.
+/// Writes one run as CSV: t_s from the release on; depth and force along the direction into the body.
 void write_release(const std::filesystem::path& file, const Scene& scene, const ReleaseResult& result);
 
 }  // namespace palpate

@@ -87,12 +87,12 @@ Json summary(const ReplayResult& r) {
   return json;
 }
 
-/// What is replayed: a body, and the motions of the hands on it. The first is the one that is reported.
+/// The body and the motions of the hands on it; the first hand is reported.
 struct Given {
   Scene scene;
   std::vector<Motion> motions;
-  std::vector<std::uint8_t> present = {};  ///< by tick: the hand was there; empty: always
-  std::vector<Micros> resets = {};         ///< of the body
+  std::vector<std::uint8_t> present = {};  ///< by tick: 1 while the hand was present; empty: always
+  std::vector<Micros> resets = {};         ///< resets of the body
 };
 
 std::size_t hand_named(const Session& session, const std::string& name, const std::string& where) {
@@ -147,7 +147,7 @@ Given given_by(const ReplayFlags& flags) {
   return {open_scene(flags.scene, flags.mesh_folders), {read_motion(flags.motion)}, {}};
 }
 
-/// Time with a hand, of the whole; nothing when it was there throughout.
+/// Prints the share of time with a hand, unless it was present throughout.
 void say_presence(const std::vector<std::uint8_t>& present) {
   const auto there = std::count(present.begin(), present.end(), std::uint8_t{1});
   if (there + 1 < std::ssize(present))

@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 struct ScalingFlags {
-  int plane = 16, solid = 10;  ///< elements along an edge, up to
+  int plane = 16, solid = 10;  ///< most elements along an edge
   std::string out;
 };
 
@@ -32,7 +32,7 @@ struct ScalingRun {
 constexpr const char* kSpaces[] = {"row", "plane", "solid"};  // 1-D, 2-D, 3-D in file columns
 
 ScalingRun compute(const ScalingFlags& flags) {
-  // A matrix of all nodes of a face takes a solve a node and axis, a half space eight times the nodes of a block.
+  // A matrix of all nodes of a face requires a solve per node and axis, and a half space has eight times the nodes of a block.
   constexpr int kFaceSolid = 5, kContactSolid = 8;
   ScalingRun run;
   Steps steps(std::size(kBlockLoadings));
@@ -48,7 +48,7 @@ ScalingRun compute(const ScalingFlags& flags) {
   return run;
 }
 
-/// What theory says of the shape of a curve, through its last point (1 / ln m: through its second, too).
+/// Theoretical shape of a curve, scaled to its last point (1 / ln m: also to its second).
 double theory(const BlockCurve& c, int m) {
   const int last = c.elements.back();
   if (c.loading == BlockLoading::contact) {

@@ -16,13 +16,13 @@
 namespace palpate {
 namespace {
 
-/// Between double quotes.
+/// Escapes a text for double quotes.
 std::string in_table(std::string text) {
   for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
   return text;
 }
 
-/// CSV files by path, each begun with its header when its first row comes.
+/// CSV files by path; each is created with its header at its first row.
 class Tables {
  public:
   explicit Tables(const std::filesystem::path& out) : out_(out) {}
@@ -80,7 +80,7 @@ class Exporter {
 
  private:
   double t_s(Micros t) const { return seconds(t - recording_.begin()); }
-  /// A station's recording has nobody else in it.
+  /// A station's recording contains no other station.
   std::string name_of(StationId id) const {
     return recording_.head().kind == RecordingKind::station ? recording_.head().name : recording_.name_of(id);
   }
@@ -136,7 +136,7 @@ class Exporter {
                 ms(l.patch_age), ms(l.offset), l.received, l.lost);
   }
 
-  // Blocks repeat at their beginning what they were left with.
+  // Blocks repeat at their beginning the last values of the block before.
   void add(const RecordedTurn& t) {
     const Eigen::Vector4d q = t.orientation.coeffs();
     const auto [at, first] = turns_.try_emplace(t.station, q);

@@ -1,5 +1,5 @@
-// A recording as CSV files: OUT/frames.csv, OUT/events.csv, and for each station OUT/STATION/samples.csv (a motion file),
-// forces.csv, links.csv, patches.csv, and hand_overs.csv of a client's recording. docs/reference/recording.md has the columns.
+// Exports a recording as CSV files: OUT/frames.csv, OUT/events.csv, and for each station OUT/STATION/samples.csv (a motion file),
+// forces.csv, links.csv, patches.csv, and hand_overs.csv for a client's recording. docs/reference/recording.md lists the columns.
 #pragma once
 
 #include <filesystem>
@@ -11,9 +11,9 @@
 
 namespace palpate {
 
-/// Each station's own folder. Names are of others, folders ours: plain (plain_name()), without dots, so that none is called as a
-/// file of an export is; of two names that look alike to a file system the later one, and one that is called "shapes", has "-2",
-/// "-3" ... behind it.
+/// Names the folder of each station. Station names are chosen by others, folder names by us: plain (plain_name()) and without
+/// dots, so that none equals a file of an export. If two names look alike to a file system, the later one gets "-2", "-3" ...
+/// appended, and so does the name "shapes".
 class StationFolders {
  public:
   const std::string& of(const std::string& station);
@@ -28,7 +28,7 @@ struct CsvExport {
   StationFolders folders;
 };
 
-/// `out` is there. InputError when a file cannot be written. Goes through the recording block by block.
+/// Exports to `out`, which must exist, block by block. Throws InputError if a file cannot be written.
 CsvExport export_csv(const RecordingReader& recording, const std::filesystem::path& out);
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "both formats are written as numbers lie in memory");
 
-constexpr Micros kStandsForLeast{2'000'000};  // that a shape is shown without another one
+constexpr Micros kStandsForLeast{2'000'000};  // time for which a shape is shown without a new one
 
 template <class Number>
 void append(std::string& bytes, Number number) {
@@ -123,7 +123,7 @@ std::size_t export_shapes(RecordingReader& recording, const std::filesystem::pat
     const Micros t = recording.begin() + from_seconds(static_cast<double>(i) / frames_hz);
     if (t > recording.end()) break;
     const auto shape = recording.shape_at(t);
-    // A room in which nobody is has no frames, however long: of what was not recorded there are no pictures.
+    // An empty room has no frames, however long: nothing is exported for unrecorded time.
     if (!shape || t > shape->t + stands_for) {
       const auto next = recording.next_shape(t);
       if (!next) break;

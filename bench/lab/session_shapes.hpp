@@ -1,4 +1,4 @@
-// The shapes of a recording as files that others read: PLY, or VTK's XML (.vtp, with a .pvd that gives ParaView the times).
+// Exports the shapes of a recording for other programs: PLY, or VTK's XML (.vtp, with a .pvd that gives ParaView the times).
 // Points with `displacement` [m] from rest; triangles, or for a body without a surface the edges of its lattice.
 #pragma once
 
@@ -14,16 +14,17 @@ struct Topology {
   std::vector<Triangle> triangles;
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< only without triangles
 };
-/// Of the recorded vertices. Edges are read from the scene in the head.
+/// Topology of the recorded vertices. Edges are read from the scene in the head.
 Topology topology_of(const RecordingHead& head);
 
-/// One shape. InputError when it cannot be written.
+/// Write one shape. Throw InputError if that fails.
 void write_ply(const std::filesystem::path& file, const RecordedSurface& surface, const Topology& topology,
                const std::vector<Vec3>& positions);
 void write_vtp(const std::filesystem::path& file, const RecordedSurface& surface, const Topology& topology,
                const std::vector<Vec3>& positions);
 
-/// OUT/shapes/shape_00000.EXT and on, and OUT/shapes.pvd for VTK: one every 1 / `frames_hz`, from the first one on. How many.
+/// Writes OUT/shapes/shape_00000.EXT and so on, and OUT/shapes.pvd for VTK: one shape every 1 / `frames_hz`, from the first on.
+/// Returns their number.
 std::size_t export_shapes(RecordingReader& recording, const std::filesystem::path& out, ShapeFormat format, double frames_hz);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// palpate-lab summary: what each hand did in a recorded session, as figures and as a page.
+// palpate-lab summary: metrics of each hand in a recorded session, as figures and as a page.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -45,7 +45,7 @@ void write_path(const std::filesystem::path& file, const SessionHand& hand) {
   write_text(file, csv);
 }
 
-/// Both views of the path in squares of one scale.
+/// Draws both views of the path in squares of one scale.
 std::string square(const std::vector<Vec3>& path, int across, int up) {
   Vec3 low = path.front(), high = low;
   for (const Vec3& x : path) {
@@ -90,7 +90,7 @@ Json row_of(const SessionHand& hand, const SessionMetrics& m, const std::filesys
           {"path_uri", picture_uri(folder / "path.svg")}};
 }
 
-/// Empty when nothing is.
+/// Describes lost parts; empty if there are none.
 std::string missing_text(const RecordingLoss& loss) {
   if (loss.places == 0) return "";
   return fmt::format("damaged in {} place{}: {:.2f} s are missing", loss.places, loss.places == 1 ? "" : "s", seconds(loss.time));

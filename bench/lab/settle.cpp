@@ -1,4 +1,4 @@
-// palpate-lab settle: where a body hangs under gravity, a row a node, for anybody's own comparison.
+// palpate-lab settle: equilibrium of a body under gravity, one row per node, for comparison with other programs.
 #include "server/body/settle.hpp"
 
 #include <fmt/format.h>

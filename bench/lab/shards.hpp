@@ -1,5 +1,5 @@
-// Sweeps whose runs are shared by several machines: `--shard i/n` takes every n-th run from the i-th on and leaves
-// cells-i-of-n.csv, `--merge` gathers those files. Runs depend on nothing but their own cell, so the split changes no figure.
+// Splits sweeps among several machines: `--shard i/n` computes every n-th run from the i-th on and writes cells-i-of-n.csv;
+// `--merge` collects those files. A run depends only on its own cell, so the split changes no result.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,9 +16,9 @@ namespace palpate {
 struct Shard {
   std::size_t index = 1, of = 1;
 
-  /// "i/n"; InputError for anything else.
+  /// Parses "i/n"; throws InputError for anything else.
   static Shard from(const std::string& text);
-  /// cells.csv, or cells-i-of-n.csv of a part.
+  /// Returns cells.csv, or cells-i-of-n.csv for a part.
   std::filesystem::path file(const std::filesystem::path& folder) const;
   template <class Cell>
   std::vector<Cell> part_of(const std::vector<Cell>& all) const {
@@ -31,14 +31,14 @@ struct Shard {
 struct ShardFlags {
   std::string shard = "1/1";
   bool merge = false;
-  unsigned jobs = 0;  ///< 0: one a core
+  unsigned jobs = 0;  ///< 0: one per core
 
   void add_to(CLI::App& command);
 };
 
-/// What the shards left in `folder`, in the order of their numbers; InputError when there is none.
+/// Files of the shards in `folder`, ordered by number; throws InputError if there are none.
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& folder);
-/// The cells in those files, in the order of the whole sweep: the first of each file, then the second; `read` makes cells of one.
+/// Cells of those files in the order of the whole sweep: the first of each file, then the second; `read` parses one file.
 template <class Read>
 auto merged_cells(const std::filesystem::path& folder, const Read& read) {
   using Cells = decltype(read(folder));
@@ -53,14 +53,14 @@ auto merged_cells(const std::filesystem::path& folder, const Read& read) {
   return cells;
 }
 
-/// A line of CSV, split at commas.
+/// Splits a line of CSV at commas.
 std::vector<std::string> fields_of(const std::string& line);
-/// The rows of a CSV file that begins with `header`, split; InputError with file and line for another header or a row
-/// of another length.
+/// Returns the split rows of a CSV file that begins with `header`. Throws InputError with file and line for another header or a
+/// row of another length.
 std::vector<std::vector<std::string>> read_rows(const std::filesystem::path& file, const std::string& header);
-/// A finite number; InputError, with `where` as the place.
+/// Parses a finite number; throws InputError that names `where`.
 double number_from(const std::string& text, const std::string& where);
-/// Where `text` stands among `names`; InputError, which lists them.
+/// Returns the index of `text` in `names`; throws InputError that lists them.
 std::size_t index_from(const std::string& text, std::span<const std::string_view> names, const std::string& where);
 
 }  // namespace palpate

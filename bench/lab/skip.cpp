@@ -1,4 +1,4 @@
-// palpate-lab skip: what a scene does not need is not computed: what that saves, and what the hand feels of it.
+// palpate-lab skip: computing time saved by skipping unneeded work, and its effect on the felt force.
 #include <fmt/format.h>
 
 #include <iterator>
@@ -19,7 +19,8 @@
 namespace palpate {
 namespace {
 
-/// What a hand may feel of anything that is left out: a fifth of the step below which a hand-over is not felt (haptic_tick.hpp).
+/// Largest allowed effect of any skipped work on the felt force: a fifth of the step at a hand-over that is not felt
+/// (haptic_tick.hpp).
 constexpr double kFeltBoundN = 0.01;
 constexpr double kIdleShare = 0.005;
 
@@ -31,18 +32,18 @@ struct SkipFlags {
   double wait_s = 5;
 };
 
-/// One thing that is left out, beside the same touch with it.
+/// One kind of skipped work, compared with the same touch without skipping.
 struct SkipRow {
   std::string scene, what;
   SkipCost with, without;
-  double deadband = 0;  ///< where that is what leaves out
+  double deadband = 0;  ///< set if the deadband skips the work
 };
 
 using Rooms = std::vector<SkipRoom>;
 
 SkipCost cost(const Rooms& rooms, double deadband = 0) { return serve(rooms, kVisitS, processor_ns, deadband); }
 
-/// Patches that change less than can be felt are not sent.
+/// Adds rows in which patches are not sent if their change cannot be felt.
 void add_deadband(const std::string& name, const Scene& scene, double deadband, std::vector<SkipRow>& rows) {
   std::vector<std::pair<std::string, Motion>> hands{{"touches", visit(scene)}, {"presses and holds", hold_pressed(scene)}};
   if (scene.tool.contact == ContactKind::touch) hands.emplace_back("lingers", linger(scene));
@@ -74,7 +75,7 @@ void add_scene(const std::string& name, const Scene& scene, double deadband, std
   rows.push_back({name, "linear springs: no stiffening", stepped, cost({{&general, &hand, false, false}})});
 }
 
-/// A wide sheet of tissue on a table, a hand that presses and trembles on it: most of it rests. 55,296 nodes.
+/// A wide sheet of tissue on a table under a pressing, trembling hand: most of it rests. 55,296 nodes.
 Scene wide_scene() {
   return read_scene(R"({ "name": "wide", "body": { "lattice": { "nodes": [96, 96, 6], "size_m": [0.475, 0.475, 0.025],
     "density_kg_m3": 1000, "stiffness_n_m": 10, "damping_n_s_m": 0.04, "fixed_faces": ["z-"] } },
@@ -88,7 +89,7 @@ void add_wide(std::vector<SkipRow>& rows) {
   rows.push_back({scene.name, "regions at rest: no forces", cost({{&scene, &hand}}), cost({{&scene, &hand, false, false}})});
 }
 
-/// `count` rooms of which one is touched; in the others is nobody, or a hand that waits. Returns what the one alone costs.
+/// Adds `count` rooms of which one is touched; the others are empty, or have a waiting hand. Returns the cost of the one alone.
 SkipCost add_rooms(const std::string& name, const Scene& scene, int count, std::vector<SkipRow>& rows) {
   const Motion hand = visit(scene), away = wait_above(scene, kAwayM);
   for (const Motion* other : {static_cast<const Motion*>(nullptr), &away}) {
@@ -104,10 +105,10 @@ const char* kHead =
     "scene,what,busy_ms_s,busy_ms_s_without,wake_ups_s,wake_ups_s_without,stepped_s,stepped_s_without,bytes_s,"
     "bytes_s_without,patches_s,patches_s_without,felt_difference_n,felt_difference_share,deadband\n";
 
-/// Largest differences of what was felt.
+/// Largest differences of the felt force.
 struct Felt {
-  double left_out_n = 0;     ///< of what is not computed [N]
-  double over_deadband = 0;  ///< of patches that are not sent, over the share that they were allowed
+  double left_out_n = 0;     ///< due to skipped computations [N]
+  double over_deadband = 0;  ///< due to unsent patches, over their allowed share
 };
 
 /// Prints the table and fills CSV and summary.

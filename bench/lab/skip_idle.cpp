@@ -25,7 +25,7 @@ IdleCost idle_server(std::span<const std::filesystem::path> scenes, double wait_
   std::vector<NamedScene> rooms;
   for (const auto& file : scenes) rooms.push_back({"room " + std::to_string(rooms.size() + 1), open_scene(file)});
   ServerShell shell(rooms, {.listen = "127.0.0.1:0", .threads = rooms.size()}, {});
-  constexpr std::chrono::milliseconds kBegun{500};  // first frames are over
+  constexpr std::chrono::milliseconds kBegun{500};  // the first frames are over
   Used before, after;
   asio::steady_timer begin(shell.context(), kBegun);
   asio::steady_timer end(shell.context(),

@@ -1,4 +1,4 @@
-// What a server costs that has nothing to do: the real one, with its socket and threads, in real time.
+// Cost of a server without stations: the real one, with its socket and threads, in real time.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 namespace palpate {
 
 struct IdleCost {
-  double core_share = 0;  ///< processor time of its threads, user and system, over the wall's
-  double wake_ups_s = 0;  ///< of its threads, a second
+  double core_share = 0;  ///< processor time of its threads, user and system, over wall time
+  double wake_ups_s = 0;  ///< wake-ups of its threads per second
 };
 
-/// Each scene is a room, and nobody is there. Runs for `wait_s` and a little longer.
+/// Measures a server with a room per scene and no station. Runs for `wait_s` and a little longer.
 IdleCost idle_server(std::span<const std::filesystem::path> scenes, double wait_s);
 
 }  // namespace palpate

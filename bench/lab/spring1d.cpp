@@ -20,7 +20,7 @@ constexpr double kPaperSnrDb[] = {89, 43, 53, 72};
 constexpr int kPaperLagMs[] = {1, 49, 65, 1};
 constexpr std::size_t kIdeal = 0, kFiltered = 2, kTangent = 3, kSurface = 4;
 
-/// The same stroke with the device's and with the printed resolution, and a stroke that touches and leaves.
+/// The same stroke with the device's and with the printed resolution, and a stroke with repeated contact.
 struct Spring1dRuns {
   Spring1d device, printed, contact;
 };
@@ -45,12 +45,12 @@ void write_curves(const std::filesystem::path& file, const Spring1d& run) {
   write_text(file, csv);
 }
 
-/// The ideal scheme over the resolution of the position: simulated, and in closed form.
+/// Writes the SNR of the ideal scheme over the resolution of the position: simulated, and in closed form.
 void write_position_steps(const std::filesystem::path& file, const Spring1dOptions& options, int points) {
   std::string csv = "position_step_mm,snr_paper_db,closed_form_paper_db\n";
   for (int k = 0; k < points; ++k) {
     Spring1dOptions o = options;
-    o.position_step_mm = 0.003 * std::pow(1000.0 / 3, k / (points - 1.0));  // to 1 mm
+    o.position_step_mm = 0.003 * std::pow(1000.0 / 3, k / (points - 1.0));  // up to 1 mm
     const Spring1d run = run_spring1d(o);
     fmt::format_to(std::back_inserter(csv), "{:.6g},{:.3f},{:.3f}\n", o.position_step_mm, run.figures[kIdeal].snr_paper_db,
                    2 * ideal_snr_db(run, o.position_step_mm, o.force_step_n));
@@ -75,7 +75,7 @@ Json schemes_json(const Spring1d& run, std::size_t count) {
   return schemes;
 }
 
-/// Drawn last is drawn on top: the coarse schemes first. `minus`: gnuplot, what is taken off.
+/// Curves in drawing order: coarse schemes first, as the last is drawn on top. `minus`: gnuplot expression that is subtracted.
 std::vector<Curve> scheme_curves(std::size_t count, const std::string& minus) {
   struct DrawnCurve {
     SpringScheme scheme;
@@ -154,7 +154,7 @@ void print_table(const std::string& title, const Spring1d& run, std::size_t coun
   }
 }
 
-/// Everything that the command writes.
+/// Writes all files of the command.
 std::vector<Figure> write_results(const std::filesystem::path& out, const Spring1dRuns& runs, const Spring1dOptions& options,
                                   bool quick) {
   write_curves(out / "spring1d.csv", runs.device);

@@ -40,7 +40,7 @@ Json to_json(const StabilityPoint& p, const StabilityCell& c) {
           {"cut_ms", c.cut_ms}};
 }
 
-/// False when a point of ours is not stable.
+/// Returns false if a point of our schemes is not stable.
 bool report(const StabilityCells& cells, StabilityCube cube, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};

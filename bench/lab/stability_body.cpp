@@ -19,7 +19,7 @@ namespace {
 constexpr const char* kBodyKeys = "treatment,law,amount,ratio,zeta,mass_min_kg,mass_max_kg,step_ms,seed";
 constexpr const char* kBodyMeasures = "holds,finite,steps,cut_steps,failed,hidden_cut,released_j,growth,left,off_spacings,end";
 constexpr std::size_t kStabilityBodyKeyFields = 9;
-constexpr std::array<std::string_view, 3> kLaws{"linear", "stiffening", "thigh-skin"};  // as scene files name them
+constexpr std::array<std::string_view, 3> kLaws{"linear", "stiffening", "thigh-skin"};  // names as in scene files
 
 struct BodyCell {
   BodyTrial trial;
@@ -99,7 +99,7 @@ void draw(const std::filesystem::path& out, const StabilityBodyCells& cells) {
   plot_script(out / "body-map.svg", 960, 420, s + "unset multiplot\n");
 }
 
-/// False when a trial does not hold.
+/// Returns false if a trial does not hold.
 bool report(const StabilityBodyCells& cells, const std::filesystem::path& out) {
   draw(out, cells);
   Json summary{{"trials", cells.size()}};

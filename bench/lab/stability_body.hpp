@@ -16,7 +16,7 @@ struct BodySweep {
   std::string only, out;
   ShardFlags shards;
 };
-/// Leaves cells.csv, summary.json and body-*.svg in `out`; `only`: one trial, as cells.csv begins.
+/// Writes cells.csv, summary.json and body-*.svg to `out`; `only`: a single trial, given as a row of cells.csv begins.
 int run_body_sweep(const BodySweep& sweep);
 
 }  // namespace palpate

@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 using StabilityMapsCells = std::vector<StabilityCell>;
-using Place = std::function<std::string(const StabilityPoint&)>;  ///< name on the y axis, empty: not of this map
+using Place = std::function<std::string(const StabilityPoint&)>;  ///< name on the y axis, empty: not in this map
 
 struct Map {
   std::string name, title;
@@ -22,7 +22,7 @@ struct Map {
   Place place;
 };
 
-/// `p` with the round trip and the map's own axis set back: of the map when that is the base.
+/// Returns true if `p` equals the map's base once the round trip and the map's own axis are reset.
 bool through_base(StabilityPoint p, ContactKind contact, const std::function<void(StabilityPoint&)>& set_back) {
   set_back(p);
   StabilityPoint base = map_base(contact, cube_stiffness_n_m());
@@ -109,7 +109,7 @@ int colour_of(LoopFault fault) {
   return std::array{kStable, kLost, kUnrest, kShakes}[static_cast<std::size_t>(fault)];
 }
 
-/// What colours and marks mean, beside the curves of the first panel.
+/// Explains colours and marks, next to the curves of the first panel.
 std::string map_legend() {
   std::string s;
   for (const auto& [fault, meaning] : {std::pair{LoopFault::none, "stable"},
@@ -151,7 +151,7 @@ void draw(const std::filesystem::path& out, const StabilityMapsCells& cells, con
   if (table.schemes.empty()) return;
   write_text(file, csv);
   const int lines = (schemes + kColumnsMost - 1) / kColumnsMost;
-  const int legend_lines = columns < kColumnsMost ? 3 : 2;  // what its width has room for
+  const int legend_lines = columns < kColumnsMost ? 3 : 2;  // as far as the width allows
   const int height = kTitle + legend_lines * kLegendLine + lines * (kAround + kRowHeight * static_cast<int>(map.rows.size()));
   std::string s = fmt::format("set multiplot layout {},{} title \"{}{}\" noenhanced font ',12'\n", lines, columns,
                               contact == ContactKind::attach ? "Grasp" : "Touch",

@@ -1,4 +1,4 @@
-// The maps of `palpate-lab stability`: where a loop is stable and where not, over the round trip and each of the other axes.
+// Maps of `palpate-lab stability`: stable and unstable loops over the round trip and each of the other axes.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// Leaves map-AXIS-CONTACT.csv and .svg in `out` for rate, stiffness, loss, jitter and hand; those with fewer than two values are
-/// left out.
+/// Writes map-AXIS-CONTACT.csv and .svg to `out` for rate, stiffness, loss, jitter and hand; maps with fewer than two values are
+/// omitted.
 void draw_stability_maps(const std::filesystem::path& out, const std::vector<StabilityCell>& cells);
 
 }  // namespace palpate

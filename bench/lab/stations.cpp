@@ -1,4 +1,4 @@
-// palpate-lab stations: several hands on one body, each over a link of its own, beside the 1 kHz full model with all tools on it.
+// palpate-lab stations: several hands on one body, each over its own link, compared with the 1 kHz full model with all tools.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
   write_text(file, csv);
 }
 
-/// Of a hand, the full model in the place of its patches (ceiling.hpp), by the better of the predictions.
+/// Upper bound for a hand, the full model in place of its patches (ceiling.hpp), with the better of the predictions.
 struct Ceiling {
   double snr_db = 0, step_max_n = 0;
 };

@@ -1,4 +1,4 @@
-// A body and a motion that many cells of a sweep share, with the force that the hand should have felt: computed once.
+// A body and a motion shared by many cells of a sweep, with the reference force, computed once.
 #pragma once
 
 #include <filesystem>
@@ -17,14 +17,14 @@ struct SweepTask {
   ReferenceForce reference;
 };
 
-/// By what their cells call them.
+/// Tasks by the names that the cells use.
 using SweepTasks = std::map<std::string, SweepTask>;
 
-/// "scene@k" is the k-th place (from 1) that was drawn on a scene of this name, "scene" its top (examination.hpp).
+/// Formats a place: "scene@k" is the k-th place (from 1) drawn on a scene of this name, "scene" its top (examination.hpp).
 std::string at_place(const std::string& scene, int place);
-/// Adds the examination of a scene of the folder, at its top or at a place, under the name above, where it is not there yet.
+/// Adds the examination of a scene of the folder, at its top or at a place, under the name above, unless it exists already.
 void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& name);
-/// Fills in the references, `jobs` at a time.
+/// Computes the references, `jobs` at a time.
 void add_references(SweepTasks& tasks, unsigned jobs);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// palpate-lab tissue: how far bodies are from the continuum that their scenes name, over the size of their meshes.
+// palpate-lab tissue: error of bodies against the continuum that their scenes describe, over the size of their meshes.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -23,7 +23,7 @@ struct TissueFlags {
 
 struct TissueMesh {
   int cells = 0;
-  TissueSolution found;  // not a number where no equilibrium was found
+  TissueSolution found;  // NaN if no equilibrium was found
   double error = 0, cpu_s = 0;
 };
 
@@ -87,7 +87,7 @@ void print_series(const TissueSeries& s) {
   std::fflush(stdout);
 }
 
-/// The row of docs/results/tissue.md.
+/// Row of docs/results/tissue.md.
 std::string row_of(const TissueSeries& s) {
   std::string cells, errors;
   for (const TissueMesh& m : s.meshes) {

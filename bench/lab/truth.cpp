@@ -1,4 +1,4 @@
-// palpate-lab truth: how true every scheme's force is over the round trip, on every scene, and what it costs.
+// palpate-lab truth: accuracy of every scheme's force over the round trip, on every scene, and its cost.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace palpate {
 namespace {
 
 constexpr double kJndLimit = kForceJnd, kHundredth = 0.01;
-constexpr double kFirmRttMs = 150;  // of the costs that are printed
+constexpr double kFirmRttMs = 150;  // round trip of the printed costs
 
 struct TruthFlags {
   std::string out, scenes = "scenes";
@@ -36,7 +36,7 @@ using TruthCells = std::vector<TruthCell>;
 
 bool same_curve(const TruthCell& a, const TruthCell& b) { return a.scene == b.scene && a.scheme == b.scheme && a.row == b.row; }
 
-/// TruthCells by curve, in the order in which the curves first appear.
+/// Cells of each curve, in the order in which the curves first appear.
 std::vector<TruthCells> curves_of(const TruthCells& cells) {
   std::vector<TruthCells> curves;
   for (const TruthCell& c : cells) {
@@ -48,7 +48,7 @@ std::vector<TruthCells> curves_of(const TruthCells& cells) {
   return curves;
 }
 
-/// Whether a patch was what was felt: else what it costs says nothing.
+/// Returns true if the felt force came from a patch; otherwise its cost is meaningless.
 bool is_sent(TruthRow row) { return row == TruthRow::as_sent || row == TruthRow::exact_states; }
 
 std::string title_of(const TruthCell& c) {
@@ -80,8 +80,8 @@ void write_curve(const std::filesystem::path& out, const TruthCells& curve) {
   write_text(curve_file(out, curve.front()), csv);
 }
 
-/// A panel of the curves of a scene over the round trip, one point alone left out; those with exact states would lie on the ones
-/// as sent.
+/// Panel with the curves of a scene over the round trip. Curves of a single point are omitted, and those with exact states, which
+/// would cover the ones as sent.
 GridPanel panel_of(const std::filesystem::path& out, const std::vector<TruthCells>& curves, const std::string& scene,
                    const std::string& what, const std::string& column, const std::string& setup) {
   const std::vector<Scheme> schemes = available_schemes();
@@ -174,7 +174,7 @@ void print(const std::vector<TruthCells>& curves) {
 
 std::string scene_of(const TruthCell& cell) { return cell.scene.substr(0, cell.scene.rfind('@')); }
 
-/// Of the places of each scene: the mean and the least, as an error that is felt is that of the place where the hand is.
+/// Prints the mean and the least over the places of each scene, as a hand feels the error of its own place.
 void print_places(const TruthCells& cells) {
   std::map<std::tuple<std::string, Scheme, TruthRow, double>, std::pair<std::vector<double>, double>> all;
   for (const TruthCell& c : cells) {

@@ -40,7 +40,7 @@ std::vector<std::string> scenes_of(const TruthGrid& grid) {
   return places;
 }
 
-/// Rows beside the real one: of the schemes that go with them.
+/// Returns true if a scheme has a row in addition to the real one.
 bool has_row(Scheme scheme, TruthRow row) {
   switch (row) {
     case TruthRow::as_sent:
@@ -56,7 +56,7 @@ bool has_row(Scheme scheme, TruthRow row) {
   return false;
 }
 
-/// Whether local_model.hpp is felt, which knows no stress that fades.
+/// Returns true for rows of local_model.hpp, which does not support relaxation.
 bool is_local_model(TruthRow row) { return row == TruthRow::full_forces || row == TruthRow::whole_linear; }
 
 void measure_tremor_floor(TruthCell& cell, const SweepTask& task) {

@@ -1,5 +1,5 @@
-// What `palpate-lab truth` computes: one cell is the examination (examination.hpp) of one scene through one scheme at one round
-// trip, by the real cores in virtual time.
+// Cells of `palpate-lab truth`: the examination (examination.hpp) of one scene through one scheme at one round trip, with the
+// real cores in virtual time.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@
 
 namespace palpate {
 
-/// Where the error is sought: as_sent, the program as it is; exact_states, the server's body stepped as finely as the reference,
-/// so that nothing but the patch is wrong; with these states full_forces, the body's own forces on the patch's modes, and
-/// whole_linear, the whole body linearised, in place of the patch (local_model.hpp; of no body whose stress fades). tremor_floor,
-/// at no round trip, is the reference against itself, the hand kTremorFloorM off its path: what a scheme has beyond that is finer
-/// than any hand is held.
+/// Source of error that a row isolates. as_sent: the program as it is. exact_states: the server's body is stepped as finely as
+/// the reference, so that only the patch is in error. full_forces and whole_linear, with these states: the body's own forces on
+/// the patch's modes, and the whole body linearised, replace the patch (local_model.hpp; not for bodies with relaxation).
+/// tremor_floor, without a round trip: the reference against itself with the hand kTremorFloorM off its path; accuracy beyond
+/// that is finer than any hand can be held.
 enum class TruthRow : std::uint8_t { as_sent, exact_states, full_forces, whole_linear, tremor_floor };
 inline constexpr std::array<std::string_view, 5> kTruthRowNames{"as_sent", "exact_states", "full_forces", "whole_linear",
                                                                 "tremor_floor"};
@@ -31,32 +31,32 @@ struct TruthCell {
   Scheme scheme = Scheme::port;
   TruthRow row = TruthRow::as_sent;
   double rtt_ms = 0;
-  // measured
-  Scheme served = Scheme::port;            ///< what the server made of it
+  // Results:
+  Scheme served = Scheme::port;            ///< scheme that the server chose
   double snr_db = 0;                       ///< as in metrics.hpp
-  double median_error = 0, p95_error = 0;  ///< of the force, where it is at least a tenth of its peak
-  double frame_bytes = 0;                  ///< of the patch and its upgrades
-  double build_ms = 0, tick_us = 0;        ///< processor time: server a patch, client a tick (median)
+  double median_error = 0, p95_error = 0;  ///< relative error of the force, where it is at least a tenth of its peak
+  double frame_bytes = 0;                  ///< bytes of the patch and its terms
+  double build_ms = 0, tick_us = 0;        ///< processor time: server per patch, client per tick (median)
 };
 
 struct TruthGrid {
   std::filesystem::path scenes = "scenes";
-  std::vector<std::string> only = {};  ///< scenes, by the names of their files; none: all of the folder
-  std::vector<Scheme> schemes = {};    ///< none: all that this build has
+  std::vector<std::string> only = {};  ///< scenes by the names of their files; empty: all of the folder
+  std::vector<Scheme> schemes = {};    ///< empty: all of this build
   std::vector<double> rtt_ms;
-  bool as_sent = false;  ///< that row alone
-  int places = 0;        ///< so many places drawn on each scene in place of its top; 0: the top
+  bool as_sent = false;  ///< only the row as_sent
+  int places = 0;        ///< number of places drawn on each scene, instead of its top; 0: the top
 };
 
-/// Cells without their measures, in an order that depends on the grid alone. InputError where there is no such scene.
+/// Cells without results, in an order that depends on the grid alone. Throws InputError if there is no such scene.
 std::vector<TruthCell> truth_cells(const TruthGrid& grid);
-/// Fills in the measures of all cells, `jobs` at a time; references are computed once a scene. Cells of scenes whose tool never
-/// meets the body in the examination are taken out: there is nothing to score. Returns those scenes. Rows that a body has not are
-/// taken out too. Throws what replay() throws.
+/// Fills in the results of all cells, `jobs` at a time; references are computed once per scene. Removes rows that do not apply to
+/// a body, and the cells of scenes whose tool never meets the body in the examination, as there is nothing to score; returns
+/// those scenes. Throws what replay() throws.
 std::vector<std::string> measure_cells(const TruthGrid& grid, std::vector<TruthCell>& cells, unsigned jobs);
 
 std::string cells_csv(const std::vector<TruthCell>& cells);
-/// The other way; InputError with file and line.
+/// Parses cells_csv(); throws InputError with file and line.
 std::vector<TruthCell> read_truth_cells(const std::filesystem::path& file);
 
 }  // namespace palpate

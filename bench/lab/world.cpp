@@ -31,7 +31,7 @@ struct WorldFlags {
   std::string out;
 };
 
-/// What repeats one seed of this call.
+/// Command that repeats one seed of this call.
 std::string command(const WorldFlags& f, std::uint64_t seed) {
   std::string line = fmt::format("palpate-lab world --seed {}", seed);
   if (f.draw.duration_s != DrawOptions{}.duration_s) line += fmt::format(" --duration-s {:g}", f.draw.duration_s);
@@ -61,7 +61,7 @@ WorldReport run_seed(const WorldFlags& flags, const Scenario& scenario) {
   return flags.adversary ? run_attacked(scenario.drawn_with, options.keep_rows) : run_twice(scenario, options);
 }
 
-/// Seeds to be run, handed out to threads until there are no more or the time is up.
+/// Seeds to run, handed out to threads until there are no more or the time is up.
 class Work {
  public:
   explicit Work(const WorldFlags& flags) : flags_(flags), next_(flags.draw.seed) {
@@ -79,7 +79,7 @@ class Work {
   std::uint64_t done() const { return done_; }
   const std::vector<std::uint64_t>& failed() const { return failed_; }
   double energy_lowest_j() const { return energy_lowest_j_; }
-  /// What happened in how many worlds, and what there was to judge.
+  /// Summary of the faults by number of worlds, and of the judgements.
   std::string exercised() const {
     std::string text = "  worlds with";
     for (std::size_t k = 0; k < kFaultKinds; ++k)

@@ -14,10 +14,10 @@ namespace {
 constexpr int kNodes = 4;
 constexpr double kSpacingM = 0.02, kHeightM = (kNodes - 1) * kSpacingM, kSoftestNM = 10;
 constexpr double kGestureS = 0.2, kPieceS = 0.05, kWatchedS = 2.0, kWatchedSteps = 4000;
-constexpr double kBackSpacings = 0.01;  // a node this far from its place is at it
+constexpr double kBackSpacings = 0.01;  // distance at which a node counts as at its rest position
 constexpr double kFolds = 0.5;          // a block compressed further may come to rest in folds
-constexpr double kSwings = 0.5;         // of the energy: a block that still has so much is where its swings take it
-constexpr double kGrowth = 1e-3;        // of the energy: what the tolerance of Newton's method can put in
+constexpr double kSwings = 0.5;         // share of the energy: a block that has more still oscillates and may end anywhere
+constexpr double kGrowth = 1e-3;        // share of the energy that the tolerance of Newton's method can add
 
 double log_uniform(Random& random, double low, double high) { return low * std::pow(high / low, random.uniform()); }
 
@@ -112,7 +112,7 @@ void Trial::watch() {
   result_.off_spacings = off_spacings();
 }
 
-/// Of the heaviest mass on the softest spring, several of them in a row.
+/// Period of the heaviest mass on the softest spring, several of them in a row.
 double Trial::softest_period_s() const {
   return 2 * M_PI * kNodes * std::sqrt(*std::max_element(body_.masses_kg.begin(), body_.masses_kg.end()) / kSoftestNM);
 }

@@ -1,21 +1,21 @@
-// The full model alone, ill-treated: a block of 4 x 4 x 4 nodes is deformed by its top, let go of, and watched.
+// Stress test of the full model alone: a block of 4 x 4 x 4 nodes is deformed by its top, released, and observed.
 //
 // Nodes are 20 mm apart, the bottom fixed. Springs are drawn log-uniformly from 10 N/m to ratio times that, node masses from
 // mass_min_kg to mass_max_kg, each damper b = 2 zeta sqrt(k m) with m the mean of its nodes.
 //     compress  every node down to (1 - `amount`) of its height, at once (amount below 1)
 //     invert    the top through the fixed bottom within 0.2 s, by `amount` times the height (amount above 1)
 //     pull      one corner of the top sideways and up within 0.2 s, by `amount` times the height
-// and then everything lets go.
+// and then everything is released.
 //
-// What must hold: nothing is ever NaN; no step is given up; after the release the energy never grows (a body without dampers has
-// only the integrator's own damping, so that is all it can promise); every step that was shorter than asked for is told; and the
-// body comes back. One that is slow, or swings on, has not after the watched time. It is then relaxed: L-stable steps whose
-// velocity is thrown away (as settle.hpp does), longer and longer, so that what is stiff is at rest before the steps are long
-// enough to throw it over, take it down to the equilibrium in whose basin it is. Springs see lengths alone, so the rest shape is
-// not the only equilibrium: the block mirrored in its fixed face is as relaxed as before, and folded ones can be stable. A block
-// that was torn through itself, or compressed to less than half its height, may end in such a one, which is told from the rest
-// shape. One that was compressed less may only when it still swings with most of its energy, which takes it over the folds of its
-// softest springs: so it does at any step length.
+// Requirements: nothing is ever NaN; no step is given up; after the release the energy never grows (a body without dampers has
+// only the integrator's own damping, so that is all it can promise); every step that was shorter than requested is reported; and
+// the body returns. A body that is slow, or still oscillates, has not returned after the observed time. It is then relaxed:
+// L-stable steps whose velocity is discarded (as in settle.hpp), with growing length, so that stiff parts are at rest before the
+// steps are long enough to throw them over, lead to the equilibrium in whose basin it is. Springs depend on lengths alone, so the
+// rest shape is not the only equilibrium: the block mirrored in its fixed face is as relaxed as before, and folded ones can be
+// stable. A block that was torn through itself, or compressed to less than half its height, may end in such an equilibrium, which
+// is distinguished from the rest shape. A block that was compressed less may do so only if it still oscillates with most of its
+// energy, which carries it over the folds of its softest springs, at any step length.
 #pragma once
 
 #include <array>
@@ -48,16 +48,16 @@ inline std::string_view name_of(BodyEnd e) { return kBodyEndNames[static_cast<st
 struct BodyTrialResult {
   bool finite = true;
   int steps = 0, cut_steps = 0;
-  int failed = 0;  ///< pieces of 50 ms that even the shortest step did not get through: the room's answer is to halt the body
-  bool hidden_cut = false;  ///< more steps than the longest ones make, and none reported as cut
+  int failed = 0;           ///< pieces of 50 ms that failed even with the shortest step; a room would halt the body
+  bool hidden_cut = false;  ///< true: more steps than the longest ones make, and none reported as cut
   double released_j = 0;    ///< energy at the release
   double growth = 0;        ///< highest energy after the release over that, minus 1; negative: it only fell
-  double left = 0;          ///< energy at the end of the watched time over that
-  double off_spacings = 0;  ///< largest distance of a node from its rest place then
+  double left = 0;          ///< energy at the end of the observed time, over released_j
+  double off_spacings = 0;  ///< largest distance of a node from its rest position at that time
   BodyEnd end = BodyEnd::none;
 
-  /// No NaN, no piece given up, no growth, all cuts told, and an equilibrium at the end: the rest shape, or where the block may
-  /// fold another.
+  /// Returns true if there was no NaN, no piece given up, no growth, all cuts were reported, and the end is an equilibrium: the
+  /// rest shape, or another one if the block may fold.
   bool holds(const BodyTrial& trial) const;
 };
 

@@ -17,7 +17,7 @@ ClientOptions client_options(const ClosedLoopOptions& options, const DeviceCaps&
   return client;
 }
 
-/// The device as it is now, with its energies, behind the ticks before.
+/// Appends the device's present state, with its energies, to the ticks.
 void note(const SimPhantom& device, double device_mass_kg, const Vec3& home, LoopTick tick, ClosedLoopResult& result) {
   tick.position = device.position();
   tick.velocity = device.velocity();
@@ -48,7 +48,7 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
 
   result.ticks.reserve(static_cast<std::size_t>(options.duration / kTick) + 1);
   const Vec3 home = intention.position(0.0);
-  bool silent = false;  // no force, or less of it, because no patch came, until whole again
+  bool silent = false;  // true from a missing patch that reduces or zeroes the force until it is whole again
   station.on_tick = [&](Micros t, const Vec3&, const TickOutput& out) {
     if (t < begin || result.lost) return;
     LoopTick tick;
@@ -61,7 +61,7 @@ ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const 
   };
   const Micros end = begin + options.duration;
   constexpr Micros kLook{10'000};
-  // Not world.now(), which stays at the last thing that happened.
+  // Not world.now(), which stays at the last event.
   for (Micros until = world.now(); until < end && !result.lost;) world.run_until(until = std::min(end, until + kLook));
   result.patches_used = station.core().haptic().counts().patches_used;
   result.guard = station.core().haptic().guard_counts();

@@ -1,15 +1,15 @@
 // A hand and a device in the loop: the simulated Phantom on the real cores in the simulated world (world.hpp), in virtual time.
 //
-// The hand presses along a motion (its intention) and lets go of the device at a moment: from then on nothing but the displayed
-// force acts on the device's mass, so that what the display does to it is seen bare. Forces are those after the guard, clamped
-// and rendered as the device does it.
+// The hand presses along a motion (its intention) and lets go of the device at some moment. From then on only the displayed force
+// acts on the device's mass, which exposes the effect of the display. Forces are those after the guard, clamped and rendered as
+// by the device.
 //
-// Energies, exact for the forces that were rendered (constant between ticks), x true tool position, F rendered force:
-//     display  E_n = E_0 - sum F_k . (x_k+1 - x_k)   what was put into the display and not given back [J]; negative: it generates
+// Energies, exact for the rendered forces (constant between ticks), x true tool position, F rendered force:
+//     display  E_n = E_0 - sum F_k . (x_k+1 - x_k)   energy put into the display and not returned [J]; negative: it generates
 //     kinetic  T_n = m_device |v_n|^2 / 2
-// A free device keeps T + E constant: from the release on, T can only grow by what the display gives.
+// A free device keeps T + E constant: after the release, T can only grow by what the display gives.
 //
-// One call is one run from a fresh world; it shares nothing with other calls, which may run at the same time on other threads.
+// One call is one run from a fresh world; it shares nothing with other calls, which may run concurrently on other threads.
 #pragma once
 
 #include <vector>
@@ -28,33 +28,33 @@ struct ClosedLoopOptions {
   std::uint64_t seed = 1;
   Micros compute{};
   PassivityMode passivity = PassivityMode::off;
-  SimPhantomOptions device;  ///< the hand, when it lets go (motion time), quantisation; its seed is of the tremor
-  Micros duration{};         ///< from the motion's beginning
+  SimPhantomOptions device;  ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
+  Micros duration{};         ///< from the beginning of the motion
 };
 
 struct LoopTick {
-  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero();  ///< of the tool, behind the quantised reading [m], [m/s]
+  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero();  ///< tool, without the quantisation of readings [m], [m/s]
   Vec3 force = Vec3::Zero();                              ///< on the tool, rendered from this tick to the next [N]
   Micros patch_age{-1};                                   ///< -1: no patch yet
-  double hand_over_step_n = 0;  ///< force step of the patch that took over in this tick, before the cross-fade
-  double gain = 1;              ///< share of the patch's force that was displayed; 1 but where none came, or not in its time
+  double hand_over_step_n = 0;                            ///< force step at the hand-over in this tick, before the cross-fade
+  double gain = 1;  ///< displayed share of the patch's force; 1 unless patches are missing or late
   double kinetic_j = 0, display_j = 0;
 };
 
 struct ClosedLoopResult {
-  std::vector<LoopTick> ticks;  ///< 0, 1, 2, ... ms into the motion; fewer than asked when the tool was lost
-  bool lost = false;            ///< the tool went further than kLostM from where it began: the run ends there
+  std::vector<LoopTick> ticks;  ///< 0, 1, 2, ... ms into the motion; fewer than requested if the tool was lost
+  bool lost = false;            ///< true: the tool moved further than kLostM from its start, which ended the run
   std::uint64_t patches_used = 0;
   GuardCounts guard;
 };
 
 inline constexpr double kLostM = 0.2;
 
-/// Throws InputError when the station cannot join or an option is out of range, std::runtime_error when nobody answers.
+/// Throws InputError if the station cannot join or an option is out of range, std::runtime_error if nobody answers.
 ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options);
 
-/// The same hand on the full model itself, stepped and felt at 1 kHz: no frames, no network (reference.hpp); but its force is cut
-/// as that of the n-th tick of `cuts` was (by its gain; whole behind their end). Throws what the model throws.
+/// The same hand on the full model itself, stepped and felt at 1 kHz without frames and network (reference.hpp). In the n-th tick
+/// its force is scaled by the gain of the n-th tick of `cuts` (1 beyond their end). Throws what the model throws.
 ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration,
                                 std::span<const LoopTick> cuts = {});
 

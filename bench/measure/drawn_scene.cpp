@@ -22,7 +22,7 @@ class Draw {
   Random random_;
 };
 
-// Numbers are written with few digits, so that no last bit of a power shows.
+// Numbers are written with few digits, so that the last bits of pow() do not matter.
 std::string springs_of(Draw& draw, double height_m) {
   const double stiffness = draw.by_decades(15, 200), damping = stiffness * draw.by_decades(0.0005, 0.005);
   std::string springs = fmt::format("\"stiffness_n_m\": {:.3g}, \"damping_n_s_m\": {:.3g}", stiffness, damping);

@@ -1,6 +1,6 @@
-// Points that fill a cube of many dimensions evenly, however many are taken: the additive recurrence with the generalised golden
+// Points that fill a cube of many dimensions evenly for any number of points: the additive recurrence with the generalised golden
 // ratio g, g^(d+1) = g + 1:  u_k <- u_k + g^-k mod 1  (M. Roberts, "The unreasonable effectiveness of quasirandom sequences",
-// 2018), begun at a place that the seed draws.
+// 2018), started at a point drawn from the seed.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ class EvenSpread {
       step_[k] = std::pow(g, -static_cast<double>(k + 1));
     }
   }
-  /// The next point, every coordinate in [0, 1).
+  /// Returns the next point, with every coordinate in [0, 1).
   const std::array<double, kAxes>& next() {
     for (std::size_t k = 0; k < kAxes; ++k) at_[k] = std::fmod(at_[k] + step_[k], 1.0);
     return at_;
@@ -33,7 +33,7 @@ class EvenSpread {
   std::array<double, kAxes> at_{}, step_{};
 };
 
-/// The element of `from` that a share of [0, 1) falls on.
+/// Returns the element of `from` at a share in [0, 1).
 template <class List>
 const auto& pick(double share, const List& from) {
   return from[static_cast<std::size_t>(share * static_cast<double>(from.size()))];

@@ -19,7 +19,7 @@ namespace {
 constexpr double kDeepM = 0.010, kLightM = 0.006, kAsideM = 0.015;
 constexpr double kInS = 0.3, kTapHz = 3, kSwingHz = 5, kSwingDamping = 0.2;
 constexpr double kPressS = 1.2, kStrokeS = 1.8, kTapS = 1.0, kReleaseS = 1.2;
-constexpr double kHomeAboveM = 0.020;  // home_of() of a scene that is touched
+constexpr double kHomeAboveM = 0.020;  // home_of() of a touched scene
 
 struct Offset {
   double depth_m = 0, aside_m = 0;
@@ -62,7 +62,7 @@ std::vector<double> hits(const LumpedBody& body, const Vec3& from, const Vec3& a
   return distances;
 }
 
-/// A point of the surface, evenly over its area, and the outward normal of its triangle.
+/// A random point of the surface, uniform over its area, and the outward normal of its triangle.
 class DrawnPoint {
  public:
   DrawnPoint(const LumpedBody& body, std::uint64_t seed) : body_(body), random_(seed) {
@@ -85,16 +85,16 @@ class DrawnPoint {
     return (body_.nodes[t[1]] - body_.nodes[t[0]]).cross(body_.nodes[t[2]] - body_.nodes[t[0]]);
   }
   const LumpedBody& body_;
-  std::vector<double> area_;  // of the triangles so far
+  std::vector<double> area_;  // cumulative area of the triangles
   Random random_;
 };
 
-/// Nothing where the place is near what is held, or a hand does not reach it.
+/// Empty if the place is near fixed nodes, or out of reach of a hand.
 std::optional<ExaminedPlace> place_at(const Scene& scene, const Vec3& point, const Vec3& normal) {
   const LumpedBody& body = scene.body;
   for (std::size_t i = 0; i < body.nodes.size(); ++i)
     if (body.fixed[i] && (body.nodes[i] - point).norm() < std::max(scene.tool.radius_m, kDeepM)) return std::nullopt;
-  constexpr double kOwnM = 1e-6;  // of a hit: the triangle of the point itself
+  constexpr double kOwnM = 1e-6;  // hits closer than this are the point's own triangle
   double thickness = std::numeric_limits<double>::max();
   for (const double d : hits(body, point, -normal)) {
     if (d > kOwnM) thickness = std::min(thickness, d);
@@ -121,7 +121,7 @@ ExaminedPlace top_of(const Scene& scene) {
 
 std::vector<ExaminedPlace> drawn_places(const Scene& scene, int count) {
   constexpr std::uint64_t kPlacesSeed = 20'261'128;
-  constexpr int kTriesMost = 1000;  // for a place
+  constexpr int kTriesMost = 1000;  // per place
   if (scene.tool.contact != ContactKind::touch || scene.body.triangles.empty())
     throw InputError(scene.name, "has no surface that a tool touches", "a scene with \"contact\": \"touch\"");
   std::vector<ExaminedPlace> places;

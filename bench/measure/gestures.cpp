@@ -11,9 +11,9 @@ namespace palpate {
 namespace {
 
 constexpr double kGesturePressS = 0.3, kGestureTapHz = 3, kTapsS = 1.0, kLandS = 0.2, kGestureStrokeS = 1.0, kStrokeM = 0.020;
-constexpr double kGestureHomeAboveM = 0.020;  // home_of() of a scene that is touched
+constexpr double kGestureHomeAboveM = 0.020;  // home_of() of a touched scene
 
-/// Depth and sideways offset of what the hand wants [m], over time.
+/// Depth and sideways offset of the hand's intention [m], over time.
 using Wish = std::function<std::pair<double, double>(double t_s)>;
 
 Wish wish_of(Gesture gesture, double depth_m) {
@@ -46,7 +46,7 @@ std::optional<Gesture> gesture_from_name(std::string_view name) {
 Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1); }
 
 GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {
-  constexpr double kStandS = 0.2;  // driven motion dies down before it is judged
+  constexpr double kStandS = 0.2;  // time for driven motion to die down before it is judged
   const bool touch = scene.tool.contact == ContactKind::touch;
   const Vec3 into = into_body(scene), start = home_of(scene) + (touch ? kGestureHomeAboveM - kGapM : 0.0) * into;
   const double end_s =

@@ -1,10 +1,10 @@
-// What a hand wants to do in the closed loop, as a motion that ends at rest.
+// Intentions of a hand in the closed loop, as motions that end at rest.
 //
 //     press    into the body along a minimum-jerk path, and stay there
 //     tap      three times in and out at 3 Hz, and then rest lightly on the body
 //     stroke   in, then 20 mm sideways and back along it, and stay there
 //     release  as press; then the grip changes while the hand stands still (figure 18 of the paper)
-// A tool that only touches begins kGapM above the surface.
+// A touching tool begins kGapM above the surface.
 #pragma once
 
 #include <array>
@@ -27,14 +27,14 @@ inline constexpr double kGapM = 0.001;
 
 struct GesturePlan {
   Motion intention;
-  double still_s = 0;   ///< from here on the intention stands still
-  double let_go_s = 0;  ///< where a hand that opens does so: in the middle of a tap or a stroke, at the end of the others
+  double still_s = 0;   ///< time from which the intention stands still
+  double let_go_s = 0;  ///< time at which a hand that opens does so: in the middle of a tap or a stroke, at the end of the others
 };
 
-/// `depth_m`: how deep the hand wants to press (a stroke 6/10, a tap 6/10 and in the end 2/10 of it).
+/// `depth_m` is the intended depth of a press (a stroke has 6/10 of it, a tap 6/10 and in the end 2/10).
 GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m);
 
-/// Where the tool is pushed: down; a sheet's is up in y.
+/// Direction in which the tool presses: down; in a sheet up, along y.
 Vec3 into_body(const Scene& scene);
 
 }  // namespace palpate

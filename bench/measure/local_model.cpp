@@ -24,7 +24,7 @@ struct ModelBody {
   Dynamics dynamics;
 };
 
-/// What moves with the modes, and with the tool that holds a node, and K and D on it.
+/// Motions with the modes and with the tool that holds a node, with K and D on them.
 struct ModeProducts {
   Matrix of, k, d;
 };
@@ -44,13 +44,14 @@ class StepMatrix {
       if (!solver_.factorise(matrix_)) throw std::runtime_error("a linearised body has no step of a millisecond");
     }
   }
-  /// Of modes, whose K and D are others from here on.
+  /// Replaces K and D of the modes.
   void take(const ModeProducts& products) {
     const Eigen::Index modes = reduced_->cols();
     const Matrix a = reduced_->transpose() * (h_ / 2 * products.d.leftCols(modes) + h_ * h_ / 4 * products.k.leftCols(modes));
     modes_.compute(Matrix::Identity(modes, modes) + 0.5 * (a + a.transpose()));
   }
-  /// What the nodes' velocities are when this is what they are pushed by, near `x`; rows of held nodes zero, in `x` too.
+  /// Solves for the velocities of the nodes under the right-hand side `b`, starting from `x`; rows of held nodes are zero, in `x`
+  /// too.
   Vector operator()(const Vector& b, Vector x) {
     if (reduced_) return *reduced_ * modes_.solve(reduced_->transpose() * b);
     if (!solver_.solve(b, 1e-8, x).positive_definite) throw std::runtime_error("a linearised body has no step of a millisecond");
@@ -91,7 +92,7 @@ class LocalRun {
     if (full_) d_stamp_ = d_on(start.body.v);
   }
 
-  /// The tool goes to `to` within a tick; the force on it there.
+  /// Moves the tool to `to` within a tick; returns the force on it there.
   Vec3 tick(const Vec3& to) {
     const Vec3 from = tool_;
     Vec3 force = Vec3::Zero();
@@ -113,7 +114,7 @@ class LocalRun {
     if (grasp_) at_node(w, port_.node) = to - tool_begin_, at_node(none, port_.node) = tool_speed;
     Vector then = linear_forces(w, none);
     if (full_) {
-      // Where it would go with the forces of now, for what they have beyond the linear ones.
+      // Predicted state under the present forces, for their nonlinear part.
       const Vector a = start_->modes * (start_->modes.transpose() * (now + pushed));
       Vector w_then = w_ + h_ * before + h_ * h_ / 2 * a, v_then = before + h_ * a;
       if (grasp_) at_node(w_then, port_.node) = to - tool_begin_, at_node(v_then, port_.node) = tool_speed;
@@ -140,10 +141,10 @@ class LocalRun {
     tangents.take(start.body);
     return tangents;
   }
-  /// Forces that are not linear are explicit: steps are short for springs that stiffen and turn, and for dampers that turn. Where
-  /// these would take more than kMostSteps they are in the linear part, taken anew in every tick.
+  /// Nonlinear forces are explicit: steps are short for springs that stiffen and rotate, and for dampers that rotate. If dampers
+  /// would require more than kMostSteps, they join the linear part, which is then updated in every tick.
   struct Pace {
-    int steps = 1;  ///< in a tick
+    int steps = 1;  ///< per tick
     bool dampers_explicit = true;
   };
   static Pace pace_of(const ModeProducts& products, const Matrix& modes) {
@@ -204,7 +205,7 @@ class LocalRun {
     body_->dynamics.forces(start_->body.x + w, Vector::Zero(v.size()), f);
     return f - products_.d * coordinates(v);
   }
-  /// D where the body is halfway through the tick, its forces being linear in velocities there.
+  /// Updates D at the body's state halfway through the tick, as forces are linear in velocities there.
   void renew_dampers(const Vec3& to) {
     BodyState halfway{0, start_->body.x + w_ + 0.5 * pace_.steps * h_ * v_, Vector::Zero(v_.size())};
     if (grasp_) at_node(halfway.x, port_.node) += 0.5 * (tool_ + to) - tool_begin_ - at_node(w_, port_.node);
@@ -232,7 +233,7 @@ class LocalRun {
     }
     return known->second;
   }
-  /// The contact at the end of the step.
+  /// Resolves the contact at the end of the step.
   void close(const Vec3& tool) {
     const Skin& skin = body_->skin;
     const Vector x = start_->body.x + w_;
@@ -274,7 +275,7 @@ class LocalRun {
   Tangents tangents_;
   ModeProducts products_;
   Pace pace_;
-  double h_;  // of a step [s]
+  double h_;  // step [s]
   StepMatrix step_;
   ToolPort port_;
   Vec3 tool_begin_, tool_;

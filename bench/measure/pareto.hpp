@@ -1,4 +1,4 @@
-// Which of several points no other beats in both of two measures.
+// Finds the points that no other point beats in both of two measures.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ struct CostAndError {
   double cost = 0, error = 0;
 };
 
-/// Indices of the points than which none is as cheap and truer, or cheaper and as true; by ascending cost, errors falling. Of
-/// points that are alike the first.
+/// Indices of the points for which no other is at most as expensive and more accurate, or cheaper and as accurate; costs ascend,
+/// errors fall. Of equal points the first is returned.
 std::vector<std::size_t> pareto_front(std::span<const CostAndError> points);
 
 }  // namespace palpate

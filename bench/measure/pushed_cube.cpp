@@ -20,8 +20,8 @@ constexpr int kFrames = 20;
 }  // namespace
 
 Scene pushed_cube_scene(const PushedCube& cube) {
-  // A spring between planes of nodes stands for a share of the cross-section that shrinks with the square of their distance, over
-  // a length that shrinks with it: k is as the distance is.
+  // A spring between planes of nodes represents a share of the cross-section that shrinks with the square of their distance, over
+  // a length that shrinks with it: so k is proportional to the distance.
   constexpr double kCube6 = 60, kCube6Edges = 5;
   const double k = kCube6 * kCube6Edges / (cube.n - 1);
   const std::string material =

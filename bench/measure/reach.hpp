@@ -1,4 +1,4 @@
-// How far along a sweep an error stays small.
+// Range of a sweep over which an error stays small.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@ struct ErrorAt {
   double at = 0, error = 0;
 };
 
-/// The largest `at` whose error, and that of every smaller one, is below `limit`; nothing is guessed between the points. -1 when
-/// that is not so of the smallest (and for none): sweeps are over what cannot be negative.
+/// Largest `at` for which its error and those of all smaller ones are below `limit`, without interpolation. -1 if the smallest
+/// exceeds it already, or the sweep is empty; values of `at` are never negative.
 double reach(std::vector<ErrorAt> sweep, double limit);
 
 }  // namespace palpate

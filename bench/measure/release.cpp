@@ -38,7 +38,7 @@ ReleaseResult release(const Scene& scene, const ReleaseOptions& options) {
   ReleaseResult result;
   result.loop = closed_loop(scene, plan_gesture(scene, Gesture::release, options.depth_m).intention, loop_options(options));
   const std::vector<LoopTick>& ticks = result.loop.ticks;
-  // A tool that was lost while it was held is judged by all that it did.
+  // A tool that was lost while held is judged by its whole motion.
   constexpr auto kReleaseTick = static_cast<std::size_t>(kReleaseS * 1e3);
   const std::size_t let_go = kReleaseTick < ticks.size() ? kReleaseTick : 0;
   std::vector<Vec3> position;

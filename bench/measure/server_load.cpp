@@ -9,7 +9,7 @@ namespace {
 
 constexpr Micros kLoadBegin{1'000'000};
 
-/// Bytes of a datagram and the station that they are from or for.
+/// Bytes of a datagram and the station at its other end.
 struct Datagram {
   PeerId station = 0;
   std::vector<std::byte> bytes;
@@ -54,7 +54,7 @@ class Loopback {
 
   ServerCounts counts() const { return server_.counts(); }
 
-  ServerLoad load;  // sums, in milliseconds
+  ServerLoad load;  // sums [ms]
 
  private:
   void frame(const FrameJob& job, Micros now) {
@@ -69,7 +69,7 @@ class Loopback {
     server_.finish(std::move(result), now);
   }
 
-  /// What went by since the last call goes to the part that was entered then.
+  /// Adds the time since the last call to the part entered then, and enters `part`.
   void enter(double* part) {
     const std::int64_t now = stopwatch_();
     if (part_) *part_ += static_cast<double>(now - entered_ns_) * 1e-6;

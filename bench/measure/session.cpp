@@ -15,7 +15,7 @@ SessionHand& hand_of(Session& session, const std::string& name) {
   return session.hands.back();
 }
 
-/// Appends unless it is not newer than what is there.
+/// Appends an item unless it is not newer than the last.
 template <class Item>
 void append(std::vector<Item>& items, const Item& item) {
   if (items.empty() || item.t_s > items.back().t_s) items.push_back(item);
@@ -39,7 +39,7 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
   }
 }
 
-/// First and last sample of any hand.
+/// First and last sample of any hand [s].
 std::pair<double, double> extent_s(const Session& session) {
   double begin_s = 1e300, end_s = -1e300;
   for (const SessionHand& hand : session.hands) {
@@ -60,7 +60,7 @@ Session read_session(const RecordingReader& recording) {
     else
       ++session.blocks_lost;
   }
-  std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });  // shadows feel with another's hand
+  std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });  // shadows have no samples
   return session;
 }
 

@@ -61,7 +61,7 @@ std::vector<double> speeds(const std::vector<Vec3>& positions) {
 }
 
 double spectral_arc_length(const std::vector<double>& speed, double sample_hz) {
-  constexpr std::size_t kPadding = 16;  // finer steps in frequency, as the authors do it
+  constexpr std::size_t kPadding = 16;  // finer steps in frequency, as in the original method
   if (speed.empty()) return 0;
   std::vector<double> padded = speed;
   padded.resize(std::bit_ceil(speed.size()) * kPadding);

@@ -1,15 +1,16 @@
-// How a hand did in a session, in the figures that training assessments use.
+// Metrics of a hand in a session, as used in training assessments.
 //
-//   contact_s       time in contact; a force holds until the next one, for kHoldMostS at most
+//   contact_s       time in contact; a force holds until the next one, for at most kHoldMostS
 //   force_peak_n    largest |f|;  force_mean_n: mean |f| over the time in contact
-//   over_s          time with |f| above the threshold; overs: how often it was exceeded, anew after it fell below kOverEnds of it
+//   over_s          time with |f| above the threshold; overs: number of times it was exceeded, counted anew after it fell below
+//                   kOverEnds of it
 //   path_m          length of the path, resampled to kResampleHz
 //   sparc           spectral arc length of the speed v, also at kResampleHz:
 //                     - integral over [0, w_c] of sqrt( (1/w_c)^2 + (dV/dw)^2 ) dw,     V(w) = |F v|(w) / max |F v|
 //                   with w_c the highest frequency up to kBandHz at which V is at least kLeastShare (Balasubramanian, Melendez-
 //                   Calderon, Roby-Brami, Burdet: On the analysis of movement smoothness, J NeuroEng Rehabil 12:112, 2015). 0 is
-//                   the ceiling, one smooth stroke has about -1.4; it does not depend on amplitude or duration, but on how many
-//                   movements there are: compare sessions of one task.
+//                   the ceiling, one smooth stroke has about -1.4. It does not depend on amplitude or duration, but on the number
+//                   of movements, so compare sessions of one task.
 #pragma once
 
 #include "bench/measure/session.hpp"
@@ -24,15 +25,15 @@ struct SessionMetrics {
   double sparc = 0;
 };
 
-/// A hand whose path has at least one point.
+/// Requires a hand whose path has at least one point.
 SessionMetrics session_metrics(const SessionHand& hand, double threshold_n);
 
-/// Positions every 1 / kResampleHz from the first point to the last.
-/// Of what lies between two samples more than 10 s apart no more than that: nobody knows what a hand did meanwhile.
+/// Positions every 1 / kResampleHz from the first point to the last. A gap between samples is shortened to 10 s, as the motion in
+/// it is unknown.
 std::vector<Vec3> resampled(std::vector<MotionPoint> path);
-/// Speeds between those [m/s].
+/// Speeds between those positions [m/s].
 std::vector<double> speeds(const std::vector<Vec3>& positions);
-/// 0 for a hand that never moved.
+/// Returns 0 for a hand that never moved.
 double spectral_arc_length(const std::vector<double>& speed, double sample_hz);
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ namespace {
 constexpr Micros kBegin{1'000'000};
 constexpr double kSkipDeepM = 0.006, kRestS = 2, kWayS = 1;
 
-/// Joins, says now and then that everything came, and looks at nothing.
+/// A viewer that joins, regularly acknowledges everything, and ignores the content.
 class Onlooker {
  public:
   explicit Onlooker(const std::string& room) {

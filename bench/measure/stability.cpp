@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 constexpr auto kWindowTicks = static_cast<std::size_t>(kWindowS * 1e3);
-constexpr std::size_t kEnds = 2;  // windows of the head, and of the tail
+constexpr std::size_t kEnds = 2;  // number of windows in the head, and in the tail
 
 double peak_to_peak(std::span<const Vec3> position) {
   Vec3 low = position[0], high = position[0];
@@ -18,7 +18,7 @@ double peak_to_peak(std::span<const Vec3> position) {
   return (high - low).norm();
 }
 
-/// Slope of ln p against the windows' middles.
+/// Slope of ln p over the middles of the windows.
 double growth(const std::vector<double>& p) {
   double n = 0, t = 0, y = 0, tt = 0, ty = 0;
   for (std::size_t k = 0; k < p.size(); ++k) {
@@ -36,7 +36,7 @@ double growth(const std::vector<double>& p) {
 double highest(std::span<const double> values) { return *std::max_element(values.begin(), values.end()); }
 double tail_of(std::span<const double> windows) { return highest(windows.last(std::min(kEnds, windows.size()))); }
 
-/// `power`: 1 for motion, 2 for energy, which goes with its square.
+/// `power`: 1 for motion, 2 for energy, which grows with its square.
 bool dies_out(std::span<const double> windows, int power, double allowed) {
   const std::size_t n = windows.size(), ends = std::min(kEnds, n / 2);
   if (ends == 0) return false;
@@ -94,7 +94,7 @@ Shake shake_of(std::span<const LoopTick> driven) {
 namespace {
 
 StabilityVerdict judge_rest(const ClosedLoopResult& loop, std::size_t rest_tick, const RestBounds& still) {
-  // A tool that was lost while it was driven is judged by all that it did.
+  // A tool that was lost while driven is judged by its whole motion.
   const std::size_t from = rest_tick < loop.ticks.size() ? rest_tick : 0;
   std::vector<Vec3> position;
   std::vector<double> kinetic_j;

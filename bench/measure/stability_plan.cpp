@@ -14,7 +14,7 @@ std::vector<double> round_trips(bool quick, std::vector<double> of_a_look) {
   return quick ? std::move(of_a_look) : std::vector<double>(kStabilityRttMs.begin(), kStabilityRttMs.end());
 }
 
-/// Hands and gestures that exist with a contact.
+/// Hands and gestures that exist with a kind of contact.
 std::vector<StabilityPoint> cases_of(Scheme scheme, const StabilityPlan& plan) {
   std::vector<StabilityPoint> cases;
   for (const ContactKind contact : {ContactKind::attach, ContactKind::touch})
@@ -32,7 +32,7 @@ std::vector<StabilityPoint> cases_of(Scheme scheme, const StabilityPlan& plan) {
   return cases;
 }
 
-/// Points, each once.
+/// Set of points, each once.
 class Points {
  public:
   explicit Points(const StabilityPlan& plan) : plan_(plan) {}
@@ -47,7 +47,7 @@ class Points {
   std::vector<StabilityPoint> points_;
 };
 
-/// Every axis against the round trip, through the base.
+/// Adds every axis against the round trip, through the base.
 void add_maps(Points& points, const StabilityPoint& base) {
   const bool quick = points.plan().quick;
   for (const double rtt_ms : round_trips(quick, {0, 100, 1000})) {
@@ -69,7 +69,7 @@ void add_maps(Points& points, const StabilityPoint& base) {
   }
 }
 
-/// All hands and gestures against the round trip.
+/// Adds all hands and gestures against the round trip.
 void add_cases(Points& points, Scheme scheme) {
   for (StabilityPoint p : cases_of(scheme, points.plan()))
     for (const double rtt_ms : round_trips(points.plan().quick, {100})) {
@@ -78,7 +78,7 @@ void add_cases(Points& points, Scheme scheme) {
     }
 }
 
-/// All hands and gestures at the corners of what interacts most: delay, rate, stiffness.
+/// Adds all hands and gestures at the corners of the axes that interact most: delay, rate, stiffness.
 void add_corners(Points& points, Scheme scheme) {
   const std::vector<double> stiffnesses = stability_stiffnesses(points.plan().body_n_m);
   for (StabilityPoint p : cases_of(scheme, points.plan()))
@@ -92,7 +92,7 @@ void add_corners(Points& points, Scheme scheme) {
         }
 }
 
-/// Spread evenly over everything at once.
+/// Adds points spread evenly over all axes at once.
 void add_scattered(Points& points, Scheme scheme, std::size_t count) {
   EvenSpread<7> spread(points.plan().seed);
   const std::vector<double> stiffnesses = stability_stiffnesses(points.plan().body_n_m);
@@ -102,7 +102,7 @@ void add_scattered(Points& points, Scheme scheme, std::size_t count) {
     StabilityPoint p = pick(u[0], cases);
     p.stiffness_n_m = pick(u[1], stiffnesses);
     p.rate_hz = std::round(10 * std::pow(6, u[2]));
-    p.rtt_ms = std::round(1000 * u[3] * u[3]);  // half of them below 250 ms, where hands are used
+    p.rtt_ms = std::round(1000 * u[3] * u[3]);  // half of them below 250 ms, the usual range
     p.jitter_ms = std::round(50 * u[4]);
     p.loss_pct = std::round(30 * u[5]);
     p.burst = p.loss_pct > 0 && u[6] > 0.5 ? std::round(2 + 12 * (u[6] - 0.5)) : 0;

@@ -18,7 +18,7 @@ constexpr double kDepthM = 0.010;
 struct Setup {
   GesturePlan plan;
   SimPhantomOptions device;
-  double rest_s = 0;  ///< from here on nothing drives
+  double rest_s = 0;  ///< time from which nothing drives the loop
   double observe_s = 0;
 };
 
@@ -34,14 +34,14 @@ Setup setup_of(const Scene& scene, const StabilityPoint& point, double rtt_ms) {
   return s;
 }
 
-/// Energy of the device alone when hand and device oscillate by kStillM, peak to peak, on the port's and the hand's stiffness.
+/// Kinetic energy of the device when hand and device oscillate by kStillM, peak to peak, on the port's and the hand's stiffness.
 RestBounds still_on(const StabilityPoint& point, double device_mass_kg) {
   const Hand hand = *hand_from_name(point.hand);
   const double stored_j = 0.5 * (point.stiffness_n_m + hand.stiffness_n_m) * 0.25 * kStillM * kStillM;
   return {kStillM, stored_j * device_mass_kg / (device_mass_kg + hand.mass_kg)};
 }
 
-/// n . C n of the body alone at rest, n the way into it [m/N].
+/// n . C n of the body alone at rest, with n the direction into it [m/N].
 double port_compliance_m_n(const Scene& scene) {
   const Dynamics dynamics(scene.body);
   const BodyState rest = dynamics.rest_state();
@@ -65,7 +65,7 @@ double port_compliance_m_n(const Scene& scene) {
 }  // namespace
 
 bool is_possible(const StabilityPoint& p) {
-  if (p.contact == ContactKind::attach) return !(p.hand == "free" && p.gesture == Gesture::press);  // that is the release
+  if (p.contact == ContactKind::attach) return !(p.hand == "free" && p.gesture == Gesture::press);  // the same as a release
   return p.hand != "free";
 }
 

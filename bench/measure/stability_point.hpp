@@ -1,13 +1,13 @@
-// One point of the stability sweep: a hand, what it does, on a body of a given stiffness, through a scheme over a link.
+// One point of the stability sweep: a hand and its gesture, on a body of a given stiffness, through a scheme over a link.
 //
-// The body is the caller's, its springs or materials scaled so that its port, at rest, has the wanted static stiffness; dampers
-// by the root of that, so that a stiffer body keeps its damping ratios and is no easier to calm. A touch feels the body behind
-// its contact stiffness: the two in series have the wanted stiffness.
+// The caller provides the body. Its springs or materials are scaled so that its port, at rest, has the wanted static stiffness;
+// dampers are scaled by the square root of that, so that a stiffer body keeps its damping ratios and is no easier to calm. A
+// touch feels the body through the contact stiffness: the two in series have the wanted stiffness.
 //
-// The hand (hand.hpp) is light or firm and carries out the whole gesture, or `free`: the reference hand carries it out and opens
-// in the middle of it, after which the device's 75 g are alone with the display. In a release the reference hand presses and
-// becomes the named one at still_s. No tremor, force not quantised, position in the device's steps; the guard limits force and
-// slew and does not damp: what is judged is the scheme.
+// The hand (hand.hpp) is light or firm and performs the whole gesture, or it is `free`: the reference hand performs it and opens
+// in the middle, after which the device's 75 g are alone with the display. In a release the reference hand presses and becomes
+// the named one at still_s. There is no tremor, the force is not quantised, the position has the device's steps. The guard limits
+// force and slew and does not damp, so that the scheme alone is judged.
 #pragma once
 
 #include <string>
@@ -28,16 +28,17 @@ struct StabilityPoint {
   bool operator==(const StabilityPoint&) const = default;
 };
 
-/// Whether the combination exists: a tool that is let go of on a surface flies off, and there is no loop left.
+/// Returns true if the combination exists: a tool released on a surface flies off, and there is no loop.
 bool is_possible(const StabilityPoint& point);
 
-/// Static stiffness of the port at rest, along the way into the body [N/m]; of a touch with its contact stiffness in series.
+/// Static stiffness of the port at rest, along the direction into the body [N/m]; for a touch with the contact stiffness in
+/// series.
 double port_stiffness_n_m(const Scene& scene);
-/// The scene with springs or materials and dampers so scaled. InputError when the contact stiffness alone is less than
-/// `stiffness_n_m`.
+/// Returns the scene with its springs or materials and dampers scaled. Throws InputError if the contact stiffness alone is less
+/// than `stiffness_n_m`.
 Scene with_port_stiffness(Scene scene, double stiffness_n_m);
 
-/// The reference of a point whose force is never cut: depends on contact, hand, gesture and stiffness alone.
+/// Reference of a point whose force is never cut; depends only on contact, hand, gesture and stiffness.
 struct StabilityReference {
   Scene scene;
   ClosedLoopResult loop;
@@ -46,12 +47,12 @@ StabilityReference stability_reference(const Scene& body, const StabilityPoint& 
 
 struct StabilityResult {
   LoopVerdict verdict;
-  ClosedLoopResult loop, reference;  ///< reference: what it was judged against
+  ClosedLoopResult loop, reference;  ///< `reference` is the loop that it was judged against
   std::size_t rest_tick = 0;
-  double cut_s = 0;  ///< for which the force faded, or was gone: no patch came for longer than the last was valid
+  double cut_s = 0;  ///< time for which the force faded or was zero: no patch came for longer than the last was valid
 };
-/// A force that is cut drives the hand, whatever displays it: where it was, the reference is the hand on the full model whose
-/// force is cut at the same times. Throws what closed_loop() throws.
+/// A cut force drives the hand, whatever the display. If there were cuts, the reference is the hand on the full model whose force
+/// is cut at the same times. Throws what closed_loop() throws.
 StabilityResult measure_stability(const StabilityPoint& point, const StabilityReference& reference);
 
 }  // namespace palpate

@@ -18,7 +18,7 @@ constexpr double kAboveM = 0.020, kDeepestM = 0.010, kFarthestM = 0.015;
 constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2, kCircleS = 3, kTapsHz = 3, kGestureRestS = 0.3;
 constexpr int kTapCount = 3;
 
-/// Height of the upper side above a point of the plane z = 0; nothing where no face lies there.
+/// Height of the upper side above a point of the plane z = 0; empty if there is no face.
 std::optional<double> height_above(const LumpedBody& body, double x, double y) {
   std::optional<double> top;
   for (const Triangle& t : body.triangles) {
@@ -35,7 +35,7 @@ std::optional<double> height_above(const LumpedBody& body, double x, double y) {
   return top;
 }
 
-/// The middle of the face of the upper side that is nearest to a point of the plane, faces that are steep aside.
+/// Centre of the face of the upper side nearest to a point of the plane, without steep faces.
 Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
   constexpr double kSteep = 0.8;  // cosine against the vertical
   Vec3 nearest = home;
@@ -52,7 +52,7 @@ Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
   return nearest;
 }
 
-/// With its nodes where they are when it hangs still.
+/// Returns the scene with its nodes in their equilibrium under gravity.
 Scene as_it_hangs(Scene scene) {
   const Dynamics dynamics(scene.body);
   const Vector x = settled_state(dynamics, scene.name).x;
@@ -117,7 +117,7 @@ class GestureMaker {
   }
 
  private:
-  /// `depth` below the surface at rest, so far aside of the place; a grasp moves its node.
+  /// Position `depth` below the surface at rest, offset sideways from the place; a grasp moves its node.
   Vec3 at(double x, double y, double depth) const {
     Vec3 p = place_ + Vec3(x, scene_.body.planar ? 0 : y, 0);
     if (touches_)

@@ -1,15 +1,15 @@
-// Motions of a hand on any body, made from the body's own surface, as it hangs still.
+// Motions of a hand on any body, derived from its own surface while it hangs still.
 //
-// A tool that touches comes down on the surface from 20 mm above, where home_of() is above it, or, where there is nothing below
-// that (a ring, a hollow), at the place of the upper side nearest to it; one that grasps begins at its node. h is the height of
-// the body there, d = min(10 mm, h / 8) the depth, r = min(15 mm, a tenth of the body's length) how far a hand goes to the side:
+// A touching tool comes down on the surface from 20 mm above, below home_of(), or, if there is nothing below that (a ring, a
+// hollow), at the nearest place of the upper side; a grasping tool begins at its node. h is the height of the body there, d =
+// min(10 mm, h / 8) the depth, r = min(15 mm, a tenth of the body's length) the sideways range of a hand:
 //
 //     press    d deep within 0.4 s, held for 0.6 s, and off again
 //     stroke   0.6 d deep, r to either side along x within 2 s, at that depth below the surface as it rests
 //     tap      three times 0.6 d deep at 3 Hz
 //     circle   0.6 d deep, once around a circle of radius r within 3 s
 //     tour     all of them in turn
-// All along minimum-jerk paths, down the z axis (a sheet's: -y), the first and last 0.3 s at rest.
+// All along minimum-jerk paths, down the z axis (in a sheet: -y), the first and last 0.3 s at rest.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ inline constexpr std::array<std::string_view, 5> kSurfaceGestureNames{"press", "
 inline std::string_view name_of(SurfaceGesture g) { return kSurfaceGestureNames[static_cast<std::size_t>(g)]; }
 std::optional<SurfaceGesture> surface_gesture_from_name(std::string_view name);
 
-/// One position a millisecond.
+/// Returns a motion with one position per millisecond.
 Motion surface_gesture(const Scene& scene, SurfaceGesture gesture);
 
 }  // namespace palpate

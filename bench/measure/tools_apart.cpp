@@ -35,7 +35,7 @@ std::optional<double> top_at(const LumpedBody& body, double x, double y) {
 Eigen::Vector2d place_of(int k, int count, double apart_m) {
   if (count <= 2) return {count == 1 ? 0.0 : (k - 0.5) * apart_m, 0.0};
   constexpr double kGoldenAngle = 2.399963229728653;
-  constexpr double kDensity = 0.55;  // neighbours on the spiral are at least so much of 1 / kDensity apart, about
+  constexpr double kDensity = 0.55;  // neighbours on a spiral of unit scale are about 1 / kDensity apart or more
   const double radius = kDensity * apart_m * std::sqrt(k + 0.5);
   return radius * Eigen::Vector2d(std::cos(k * kGoldenAngle), std::sin(k * kGoldenAngle));
 }

@@ -1,11 +1,11 @@
-// The parts of a server's step over body size: cubes of n^3 nodes and the organ, of springs and of tetrahedra, deformed a little
-// so that no term is zero.
+// Parts of a server's step over body size: cubes of n^3 nodes and the organ, of springs and of tetrahedra, deformed a little so
+// that no term is zero.
 //
-// Per spring: forces 40 operations (a square root and a division among them), and 32 bytes of element beside the nodes' numbers,
-// which stay in the second-level cache; assemble 70 operations and four 3x3 blocks read and written (576 bytes).
+// Per spring: forces 40 operations (including a square root and a division), and 32 bytes of element in addition to the nodes'
+// numbers, which stay in the second-level cache; assemble 70 operations and four 3x3 blocks read and written (576 bytes).
 // Per tetrahedron (neo-Hookean, viscous; tetra_lanes.cpp): forces 445 operations, assemble 1780 and sixteen 3x3 blocks.
-// step: the integrator's matrix at 10 ms steps, A = M + a D + a^2 K, a = 2.93 ms, to 1e-2; shift: the reduction's,
-// P = s^2 M + s D + K, s = 13 / s, to 1e-3. CG starts from zero; factorise is Eigen's sparse L D L^T.
+// step: the integrator's matrix at 10 ms steps, A = M + a D + a^2 K, a = 2.93 ms, to 1e-2; shift: the reduction's, P = s^2 M + s
+// D + K, s = 13 / s, to 1e-3. CG starts from zero; factorise is Eigen's sparse L D L^T.
 #include <cmath>
 #include <memory>
 #include <type_traits>
@@ -26,8 +26,8 @@
 namespace palpate {
 namespace {
 
-/// A scene of the repository, its solids under the other law with "-corotational", "cube<n>", or "hexahedra<n>" without dampers
-/// and "-damped" by 10 ms.
+/// Returns a scene of the repository (with "-corotational" its solids have the other law), "cube<n>", or "hexahedra<n>", which is
+/// undamped, or with "-damped" damped by 10 ms.
 Scene body_of(const std::string& name) {
   const std::string solid = "hexahedra";
   if (name.starts_with(solid))
@@ -70,8 +70,8 @@ struct BodyCase {
   Vector y;
 };
 
-/// Operations a spring and a tetrahedron, 0 where they are not counted: `of_peak` is the share of the peak multiply-add rate that
-/// they reach. Those of corotational tetrahedra depend on the deformation.
+/// Operations per spring and per tetrahedron, 0 if not counted: `of_peak` is the achieved share of the peak multiply-add rate.
+/// Those of corotational tetrahedra depend on the deformation.
 struct Operations {
   double spring = 0, tetrahedron = 0;
 };
@@ -110,7 +110,7 @@ BodyArrays arrays_of(const BodyCase& body) {
   return arrays;
 }
 
-/// The same of an explicit step: in single precision, block by block.
+/// The same for an explicit step: in single precision, block by block.
 void body_blocks(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
   const SpringBlocks springs(body.scene.body);
@@ -124,7 +124,7 @@ void body_blocks(benchmark::State& state, const std::string& name) {
   report(state, body, timer, {40, 0});
 }
 
-/// The same of hexahedra.
+/// The same for hexahedra.
 void body_hexahedra(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
   const HexaForces hexahedra(body.dynamics);
@@ -138,7 +138,7 @@ void body_hexahedra(benchmark::State& state, const std::string& name) {
   report(state, body, timer);
 }
 
-/// Steps of a body that `threads` share: wall clock.
+/// Steps of a body shared by `threads` threads: wall clock.
 template <typename Steps>
 void body_steps(benchmark::State& state, const std::string& name, std::size_t threads) {
   constexpr double kFrameS = 0.050, kStepS = 0.010;
@@ -190,8 +190,8 @@ void body_indentations(benchmark::State& state, const std::string& name) {
   report(state, body, timer);
 }
 
-/// What a patch is made of: the matrix, and the body's responses under a tool on the middle of the top that is 5 mm further on,
-/// or back, in every frame. The body whole or locally refined (refined_body.hpp).
+/// Inputs of a patch: the matrix, and the body's responses under a tool on the middle of the top that moves by 5 mm, forth or
+/// back, in every frame. The body is whole or locally refined (refined_body.hpp).
 void port_responses(benchmark::State& state, const std::string& name, bool refined) {
   BodyCase body(name);
   const Skin skin(body.scene.body);
@@ -256,7 +256,7 @@ void body_factorise(benchmark::State& state, const std::string& name) {
   const BodyCase body(name);
   const BlockMatrix a = body.matrix(false);
   LinearSolver solver(a.rows(), LinearSolver::Method::direct);
-  bool good = solver.factorise(a);  // the pattern is analysed once in a body's life
+  bool good = solver.factorise(a);  // the pattern is analysed once per body
   const ProcessorTimer timer;
   for (auto _ : state) good = solver.factorise(a);
   report(state, body, timer);

@@ -1,4 +1,4 @@
-// Bodies, motions and patches that the benchmarks share. Patches are the server's own, not made up.
+// Bodies, motions and patches shared by the benchmarks. Patches are built by the server's code.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Where scenes and motions are; set by main() before anything is loaded.
+/// Sets the folder of scenes and motions; main() calls it before anything is loaded.
 void set_scene_folder(const std::filesystem::path& folder);
 
 Scene scene_of(const std::string& name);
@@ -18,7 +18,7 @@ Motion motion_of(const std::string& name);
 Scene cube_of(int n);
 /// The same cube of n^3 nodes of hexahedra: neo-Hookean, 5.5 kPa, nu = 0.45, 1060 kg/m^3.
 Scene solid_cube_of(int n, double damping_s);
-/// The motion moved so that it starts `height_m` above the middle of the top of the body.
+/// Moves the motion so that it starts `height_m` above the middle of the top of the body.
 Motion above(const Scene& scene, const Motion& motion, double height_m);
 
 /// One body and one hand on a motion, frame by frame as a server runs them at 20 Hz, without the network.
@@ -28,9 +28,9 @@ class FrameDriver {
   static constexpr Micros kHorizon{150'000};  ///< 100 ms of latency and a frame
 
   FrameDriver(const Scene& scene, const Motion& motion, Scheme scheme);
-  /// Simulates one more frame and builds its patch.
+  /// Simulates the next frame and builds its patch.
   FrameResult next();
-  double simulate_ms() const { return simulate_ms_; }  ///< of the last frame
+  double simulate_ms() const { return simulate_ms_; }  ///< for the last frame
   double build_ms() const { return build_ms_; }
 
  private:
@@ -40,10 +40,10 @@ class FrameDriver {
   double simulate_ms_ = 0, build_ms_ = 0;
 };
 
-/// The newest patch of `scene` after `seconds` of `motion`. Throws std::runtime_error when there is none.
+/// Newest patch of `scene` after `seconds` of `motion`. Throws std::runtime_error if there is none.
 Patch patch_after(const Scene& scene, const Motion& motion, double seconds);
 
-/// 22 states: cube6 under base-excursion. 16 states: touch-cube, pressed.
+/// grasp_patch(): 22 states, cube6 under base-excursion. touch_patch(): 16 states, touch-cube, pressed.
 Patch grasp_patch();
 Patch touch_patch();
 

@@ -1,7 +1,7 @@
-// A server's frame at 20 Hz under a hand, room and patch builder as they run in palpate-server, without the network.
+// A server's frame at 20 Hz under a hand, with room and patch builder as in palpate-server, without the network.
 //
-// Time is the mean of a frame; realtime = frame length / mean frame. A frame whose body has no contact in reach builds no patch:
-// `built` says in what share of frames there was one, build_ms is the mean over these.
+// Time is the mean over frames; realtime = frame length / mean frame. A frame without contact in reach builds no patch: `built`
+// is the share of frames with a patch, build_ms the mean over these.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -16,7 +16,7 @@ namespace {
 struct Play {
   const char *scene, *motion;
   bool above;     ///< move the motion to start just over the body's top
-  double from_s;  ///< what comes before only leads there
+  double from_s;  ///< start of the measured part
   int frames;
 };
 constexpr Play kPlays[] = {{"cube6", "base-excursion", false, 0, 60},      {"touch-cube", "press", true, 0, 60},

@@ -1,9 +1,9 @@
-// What a finer server step buys: error of the force that the hand feels against the server's run time.
+// Gain from a finer server step: error of the felt force against the server's run time.
 //
 // cube6 under base-excursion, scheme port at 20 Hz over a link of RTT 0, 50 and 150 ms, real cores in virtual time (replay.hpp),
-// the step of the server's integrator from 50 ms (one a frame) down to 1 ms. dB is the signal-to-noise ratio of metrics.hpp
-// against the converged full model. server_ms_per_s: simulation (without patch building) per second of body time, of the RTT 0
-// run.
+// with steps of the server's integrator from 50 ms (one per frame) down to 1 ms. dB is the signal-to-noise ratio of metrics.hpp
+// against the converged full model. server_ms_per_s: simulation (without patch building) per second of body time, for the run
+// with RTT 0.
 #include <benchmark/benchmark.h>
 
 #include "bench/fidelity/replay.hpp"

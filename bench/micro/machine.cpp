@@ -9,11 +9,11 @@
 namespace palpate {
 namespace {
 
-constexpr int kRepeats = 7;  // the best of them: others may use the machine too
+constexpr int kRepeats = 7;  // the best counts, as there may be other load on the machine
 
 using Packet = Eigen::internal::packet_traits<double>::type;
 
-/// Seconds for `rounds` multiply-adds on each of as many independent chains as there are indices, enough to hide their latency.
+/// Seconds for `rounds` multiply-adds on each of the independent chains, one per index, enough to hide their latency.
 template <std::size_t... kChain>
 double chains_s(int rounds, std::index_sequence<kChain...>) {
   Packet x[sizeof...(kChain)];

@@ -1,4 +1,4 @@
-// palpate-bench: what each part costs, beside what this machine could do at most. bench/README.md says how to read it.
+// palpate-bench: cost of each part, compared with the peak performance of this machine. bench/README.md explains the output.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -32,7 +32,7 @@ int complain(const std::string& what) {
   return 2;
 }
 
-/// What ends the program at once.
+/// Returns the exit status for arguments that end the program at once.
 std::optional<int> read_arguments(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];

@@ -56,7 +56,7 @@ void compile_patch(benchmark::State& state, ContactKind kind) {
   benchmark::DoNotOptimize(player->energy());
 }
 
-/// Everything that PatchIntake does with a patch that is kCatchUpTicks old.
+/// Everything that PatchIntake does with a patch of age kCatchUpTicks.
 void take_patch(benchmark::State& state, ContactKind kind) {
   Patch patch = patch_of(kind);
   const auto slot = std::make_unique<LatestSlot<PatchPlayer>>();

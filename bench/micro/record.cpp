@@ -1,6 +1,6 @@
-// What recording costs: processor time and bytes for each second of a session, at the server and at the client, and to read it.
-// The patch is the server's own, computed beforehand. Timed is the recording alone, up to the bytes that go to the
-// file; the file's own thread only hands them to the system.
+// Cost of recording: processor time and bytes per second of a session, at the server and at the client, and for reading. The
+// patch is the server's own, computed beforehand. Only the recording is timed, up to the bytes for the file; the file's own
+// thread merely hands them to the system.
 #include <array>
 
 #include "bench/micro/benchmarks.hpp"
@@ -20,7 +20,7 @@ namespace {
 constexpr int kFrameHz = 20, kTickHz = 1000;
 constexpr Micros kSecond{1'000'000}, kFrame = kSecond / kFrameHz, kEachTick = kSecond / kTickHz;
 
-/// Two seconds of the organ, every vertex moving.
+/// Two seconds of the organ, with every vertex moving.
 const std::vector<std::vector<Vec3>>& organ_shapes() {
   static const auto shapes = [] {
     std::vector<std::vector<Vec3>> moved(2 * kFrameHz, scene_of("organ-buckling").body.nodes);
@@ -38,7 +38,8 @@ RecordingHead room_head() {
   return head;
 }
 
-/// A second of a room with one hand from `t` on: what RoomRecorder writes, shapes every `shape_every` frames (0: none).
+/// Adds a second of a room with one hand from `t` on, as RoomRecorder writes it, with shapes every `shape_every` frames (0:
+/// none).
 void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
   const auto& shapes = organ_shapes();
   for (int k = 0; k < kFrameHz; ++k, t += kFrame) {
@@ -59,7 +60,7 @@ void add_room_second(RecordingWriter& writer, Micros t, int shape_every) {
   }
 }
 
-/// A second of a station: its ticks, a patch a frame.
+/// Adds a second of a station: its ticks, and a patch per frame.
 void add_station_second(RecordingWriter& writer, Micros t, const std::vector<std::byte>& patch) {
   for (int k = 0; k < kTickHz; ++k, t += kEachTick) {
     RecordedTick tick;

@@ -8,8 +8,8 @@
 //            bytes  8 (n^2 + 3 n + 3 r V + 6 V + T)   and in contact + 8 n r (Psi0)
 //
 // Everything is read from the first-level cache when ticks follow each other at once, so the roofline is that cache's. `cold`
-// ticks find nothing there: a buffer larger than the second-level cache is written before each, as other work of the machine
-// does in the millisecond between two ticks.
+// ticks find nothing there: a buffer larger than the second-level cache is written before each, as other work on the machine does
+// in the millisecond between two ticks.
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -60,7 +60,7 @@ Work work_of(Case c, const Patch& patch) {
   return {common.flops + 6 * n * r + 36 * r + 6 * n + 400, common.bytes + 8 * n * r};
 }
 
-/// The tool on its path, a tick a call.
+/// Moves the tool along its path, one tick per call.
 class Hand {
  public:
   Hand(const TickCase& c) : path_(c.path), t_(c.patch.stamp) {}
@@ -126,7 +126,7 @@ void haptic_tick(benchmark::State& state, Case c) {
   report(state, c, tick.patch, contacts, timer.seconds());
 }
 
-/// Each tick timed by itself, after the caches were filled with something else.
+/// Times each tick by itself, after filling the caches with other data.
 void haptic_tick_cold(benchmark::State& state, Case c) {
   TickCase tick = make_case(c);
   tick.patch = lasting(tick.patch);
@@ -152,7 +152,7 @@ void haptic_tick_cold(benchmark::State& state, Case c) {
   state.counters["p99_ns"] = percentile(each_ns, 0.99);
 }
 
-/// The tick in which a new patch takes over: 10 ticks that the network side had not seen, both patches' own tick, and the copy.
+/// Tick in which a new patch takes over: 10 ticks that the network side had not seen, one tick of both patches, and the copy.
 void hand_over(benchmark::State& state, Case c) {
   constexpr int kUnseen = 10;
   TickCase tick = make_case(c);

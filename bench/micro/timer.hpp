@@ -1,4 +1,4 @@
-// Wall clock of this machine, and the processor time of this program: what a loop costs where others use the machine too.
+// Wall clock of this machine, and processor time of this program, which other load on the machine does not affect.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// What the trust channel costs: a datagram sealed, opened and refused, the cookie of a stranger, a handshake at the server.
-// A tick has 1000 us; the network thread, which does all this, has none of them.
+// Cost of the trust channel: a datagram sealed, opened and refused, the cookie of a stranger, a handshake at the server. A tick
+// has 1000 us; the network thread, which does all this, is separate from it.
 #include "common/trust/server_channel.hpp"
 
 #include <benchmark/benchmark.h>
@@ -29,7 +29,7 @@ void seal(benchmark::State& state, std::size_t bytes) {
   for (auto _ : state) benchmark::DoNotOptimize(keys.seal(plain, sealed));
 }
 
-/// As many as are opened at one go, sealed beforehand.
+/// Number of datagrams opened in a row, sealed beforehand.
 void open(benchmark::State& state, std::size_t bytes) {
   constexpr int kAtOnce = 512;
   Transport from = transport(1, 2), to = transport(2, 1);
@@ -58,7 +58,7 @@ void refuse_forged(benchmark::State& state) {
     if (to.open(sealed, opened, newest) != OpenFault::forged) state.SkipWithError("opened");
 }
 
-/// An Init without a cookie: all that a stranger can have computed as often as he likes.
+/// Answers an Init without a cookie, the only computation that a stranger can request without limit.
 void answer_stranger(benchmark::State& state) {
   ServerChannel server({key_of_byte(1), {}, {}}, system_random(), [] { return std::int64_t{0}; });
   ClientChannel client({key_of_byte(2), server.self(), {}}, 5, system_random(), kMoment);

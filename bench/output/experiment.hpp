@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-/// What an experiment does once its flags are read; returns the exit status.
+/// Runs an experiment after its flags were parsed; returns the exit status.
 using Run = std::function<int()>;
 
-/// run_program(), which SIGINT and SIGTERM end with 0 and a line that says so: results are written when everything is done,
-/// before that there is nothing to end in order.
+/// Calls run_program(); SIGINT and SIGTERM end it with status 0 and a message: results are written at the end, so nothing has to
+/// be shut down in order.
 int run_experiments(CLI::App& app, const Run& run);
 
-/// The program that runs, as its file is called: an experiment may be in more than one.
+/// File name of the running program, as an experiment may be in more than one.
 std::string program_name();
 
 }  // namespace palpate

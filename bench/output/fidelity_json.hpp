@@ -1,4 +1,4 @@
-// A comparison with the full model as numbers of a result file; and what is said where there is none.
+// Fidelity figures for a result file, and the message if there are none.
 #pragma once
 
 #include <span>
@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-/// By the names of metrics.hpp. Without contact `contact_ticks` is 0 and stands alone: there is nothing to score.
+/// Uses the names of metrics.hpp. Without contact only `contact_ticks`, which is 0, is present, as there is nothing to score.
 Json fidelity_json(const Fidelity& fidelity);
 
-/// One line for a tool that took this path and was never pushed by the body, with how far from it it stayed.
+/// One line for a tool whose path never met the body, with its least distance from it.
 std::string no_contact(const Scene& scene, std::span<const Vec3> path);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Files that an experiment leaves in its folder.
+// Files that an experiment writes to its folder.
 #pragma once
 
 #include <chrono>
@@ -12,14 +12,14 @@ namespace palpate {
 
 using Json = nlohmann::ordered_json;
 
-/// The folder, made when missing. InputError when it cannot be.
+/// Returns the folder, created if missing. Throws InputError if that fails.
 std::filesystem::path make_output_folder(const std::string& folder);
-/// InputError when the file cannot be written whole.
+/// Throws InputError if the file cannot be written completely.
 void write_text(const std::filesystem::path& file, const std::string& text);
-/// With what was run (run_record.hpp) as "run" beside the results, where these are an object.
+/// Writes results; if they are an object, the run record (run_record.hpp) is added as "run".
 void write_json(const std::filesystem::path& file, Json json);
 
-/// Processor time of this thread, not of the wall: what else the machine does is no cost of ours.
+/// Processor time of this thread instead of wall time, which other load on the machine affects.
 inline std::int64_t processor_ns() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);

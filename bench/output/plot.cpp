@@ -15,7 +15,7 @@ constexpr int kWidth = 960, kPanelHeight = 260, kHeaderHeight = 70;
 constexpr int kReferenceType = 8;
 
 std::string house_style(const std::filesystem::path& svg, int width, int height) {
-  constexpr int kPoints[] = {5, 7, 9, 11, 13, 4, 6, 8};  // no two alike: filled ones, then open ones
+  constexpr int kPoints[] = {5, 7, 9, 11, 13, 4, 6, 8};  // all different: filled ones, then open ones
   constexpr const char* kColours[] = {"#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#7b3fa0", "#8c6a3f", "#222222"};
   std::string s = fmt::format("set terminal svg size {},{} font 'DejaVu Sans,13' background '#ffffff'\nset output {}\n", width,
                               height, quoted(svg.string()));
@@ -33,8 +33,8 @@ std::string curve(const Curve& c, const std::filesystem::path& csv, std::size_t 
                      c.column, every, c.with, type, quoted(c.title));
 }
 
-/// Whether gnuplot took all of it. One that is missing, or ends early, reads nothing: to write is then to fail, and no end of
-/// this program.
+/// Returns true if gnuplot accepted all of the text. If gnuplot is missing or ends early, writing fails, which must not end this
+/// program.
 bool gnuplot_draws(const std::string& text) {
   auto* const before = std::signal(SIGPIPE, SIG_IGN);
   FILE* const pipe = popen("gnuplot 2>/dev/null", "w");
@@ -102,7 +102,7 @@ bool plot_grid(const std::filesystem::path& svg, const std::string& title, int c
 bool plot_grid_with_one_legend(const std::filesystem::path& svg, const std::string& title, int columns,
                                const std::vector<GridPanel>& panels) {
   constexpr int kGridPanelHeight = 300, kEntriesALine = 4, kLegendLine = 20, kTitleHeight = 40, kBelow = 60, kBetween = 110;
-  std::vector<const Curve*> entries;  // one a title
+  std::vector<const Curve*> entries;  // one per title
   for (const GridPanel& panel : panels)
     for (const Curve& c : panel.curves)
       if (std::none_of(entries.begin(), entries.end(), [&](const Curve* known) { return known->title == c.title; }))

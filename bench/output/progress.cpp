@@ -82,7 +82,7 @@ std::function<void(const char*, double)> show_progress() {
   };
   return [parts = std::make_shared<Parts>()](const char* what, double share) {
     if (!parts->progress || parts->what != what) {
-      parts->progress.reset();  // before the next one asks whether it is alone
+      parts->progress.reset();  // before the constructor of the next one checks for others
       parts->what = what;
       parts->progress = std::make_unique<Progress>(what);
     }

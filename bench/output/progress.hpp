@@ -1,7 +1,7 @@
-// How far a long command is, in one line on stderr: percent and the time that is still to be expected.
+// Progress of a long command, in one line on stderr: percentage and expected remaining time.
 //
-// On a terminal the line is written anew in its place, from 1 s on, and is gone at the end; elsewhere a line is added every 10 s.
-// A command that is done sooner says nothing; nor does what is a part of something whose progress is shown already.
+// On a terminal the line is rewritten in place, from 1 s on, and erased at the end; elsewhere a line is added every 10 s. A
+// shorter command prints nothing, nor does a part of something whose progress is already shown.
 #pragma once
 
 #include <chrono>
@@ -15,15 +15,15 @@ namespace palpate {
 
 class Progress {
  public:
-  /// `what` is being done: "full model at 1 kHz".
+  /// `what` names the activity: "full model at 1 kHz".
   explicit Progress(std::string what);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `share` of it is done, 0 to 1. From any thread.
+  /// Reports that `share` is done, 0 to 1. Callable from any thread.
   void at(double share);
-  /// The line in other words, when it is time for one. From any thread.
+  /// Shows `line` instead, when the next line is due. Callable from any thread.
   void show(const std::string& line);
   double elapsed_s() const;
 
@@ -35,11 +35,11 @@ class Progress {
   std::mutex mutex_;
 };
 
-/// The same for a command that goes in steps which cannot tell how far they are: which step, and for how long it has run.
+/// Progress of a command with steps whose duration is unknown: shows the step and for how long it has run.
 class Steps {
  public:
   explicit Steps(std::size_t count);
-  /// The next one, called `what`: "balancing the body".
+  /// Begins the next step, called `what`: "balancing the body".
   void begin(const std::string& what);
 
  private:
@@ -50,10 +50,10 @@ class Steps {
   Progress progress_{"the steps"};
   std::mutex mutex_;
   std::condition_variable_any ended_;
-  std::jthread watcher_;  ///< ends first: it shows the rest
+  std::jthread watcher_;  ///< ends first, as it uses the other members
 };
 
-/// Hears of the parts of something long one after the other, as ReplayOptions::progress does.
+/// Shows the progress of successive parts of a long activity, for ReplayOptions::progress.
 std::function<void(const char* what, double share)> show_progress();
 
 /// "40 % of full model at 1 kHz, about 2 min to go".

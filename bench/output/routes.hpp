@@ -1,6 +1,6 @@
-// Routes that somebody measured, by name, so that an experiment can be run over a road that exists.
+// Measured network routes by name, so that an experiment can run over a real route.
 //
-// Round trips of a teleoperation service over public internet, from San Francisco (its own maintainers' figures: dimos, hosted
+// Round trips of a teleoperation service over the public internet, from San Francisco (its maintainers' figures: dimos, hosted
 // teleoperation over WebRTC, github.com/dimensionalOS/dimos, pull request 2982). Jitter and loss were not stated there.
 #pragma once
 
@@ -20,7 +20,7 @@ struct Route {
 inline constexpr std::array<Route, 4> kRoutes{
     {{"san-francisco", 15}, {"bangalore", 114}, {"buenos-aires", 134}, {"shanghai", 160}}};
 
-/// InputError, with the names that there are, for a name that is no route.
+/// Throws InputError, with the known names, for an unknown route.
 inline const Route& route_from_name(std::string_view name) {
   std::string names;
   for (const Route& route : kRoutes) {

@@ -17,7 +17,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kOwnPlace{"scheme", "order", "seed"};
 constexpr std::array<std::string_view, 4> kInputFiles{"scene", "motion", "recording", "report"};
 constexpr std::array<std::string_view, 6> kLinkFlags{"rate_hz", "rtt_ms", "jitter_ms", "loss_pct", "burst", "compute_ms"};
-constexpr std::array<std::string_view, 4> kNoFacts{"help", "out", "shard", "jobs"};  // that figures do not depend on
+constexpr std::array<std::string_view, 4> kNoFacts{"help", "out", "shard", "jobs"};  // flags that do not affect the figures
 
 Json& the_run() {
   static Json run = Json::object();
@@ -37,7 +37,7 @@ Json value_of(const std::string& text) {
   return number;
 }
 
-/// As typed, or its default; null where there is neither.
+/// Value as typed, or the default; null if there is neither.
 Json value_of(const CLI::Option& flag) {
   if (flag.count() == 0) return flag.get_default_str().empty() ? Json() : value_of(flag.get_default_str());
   if (flag.get_expected_max() == 0) return 1;

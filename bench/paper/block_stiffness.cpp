@@ -16,11 +16,11 @@ namespace {
 using Nodes = std::vector<std::uint32_t>;
 
 struct Block {
-  LumpedBody body;            // fixed: the held end
-  std::vector<Nodes> groups;  // loaded: the nodes of a group move as one
+  LumpedBody body;            // fixed nodes: the held end
+  std::vector<Nodes> groups;  // loaded nodes: those of a group move as one
 };
 
-/// A box of `across` x (`across` x) `deep` elements with k = 1; the last axis points from the end to the loaded face.
+/// Box of `across` x (`across` x) `deep` elements with k = 1; the last axis points from the fixed end to the loaded face.
 LatticeBody box(int dimension, int across, int deep) {
   LatticeSettings s;
   s.planar = dimension == 2;
@@ -34,7 +34,7 @@ Block row(int elements) {
   return {chain_body({.masses = elements - 1, .stiffness_n_m = 1, .damping_n_s_m = 0, .mass_kg = 1}), {{0}}};
 }
 
-/// Top and bottom of a cube of m elements.
+/// Cube of m elements, loaded on the top and fixed at the bottom.
 Block column(BlockLoading loading, int dimension, int m) {
   LatticeBody lattice = box(dimension, m, m);
   Block block{std::move(lattice.body), {}};
@@ -53,7 +53,7 @@ Block column(BlockLoading loading, int dimension, int m) {
   return block;
 }
 
-/// A half space up to m elements beyond the cells around a node of its face.
+/// Half space up to m elements beyond the cells around a node of its face.
 Block around_contact(int dimension, int m) {
   const int reach = m + 1;
   LatticeBody lattice = box(dimension, 2 * reach, reach);
@@ -81,7 +81,7 @@ Matrix stiffness_matrix(const Block& block, int dimension) {
   std::vector<std::uint8_t> held = block.body.fixed;
   for (const Nodes& group : block.groups)
     for (const std::uint32_t i : group) held[i] = 1;
-  // Across a straight row nothing pulls; a little mass keeps those coordinates apart and out of the way.
+  // A straight row has no stiffness sideways; a little mass regularises those coordinates.
   const double mass = dimension == 1 ? 1e-12 : 0;
   BlockMatrix k = dynamics.make_matrix();
   dynamics.assemble(rest, mass, 0, 1, held, false, k);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kRestM = 1e-4;
 
-/// What is still to be taken of the momentum at contact.
+/// Remaining part of the momentum at contact.
 struct Pulse {
   double force_n = 0;
   int periods = 0;
@@ -49,7 +49,7 @@ ImpactResult hit(const Impact& impact) {
     const double speed = (x - before) / dt;
     if (x > 0 && before <= 0) {
       if (++r.contacts == 1) contact = n;
-      // Every contact is braked; what is reported is the first.
+      // Every contact is braked; the first one is reported.
       if (impact.pulse) pulse = pulse_for(impact, speed);
       if (r.contacts == 1) r.pulse_periods = pulse.periods;
     }

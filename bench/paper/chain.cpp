@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr int kMaxMasses = 200;
-constexpr double kSpacingM = 0.01;  // of no effect: the chain is straight
+constexpr double kSpacingM = 0.01;  // has no effect: the chain is straight
 
 /// Roots of a s^2 + b s + c without cancellation.
 std::pair<Complex, Complex> roots(double a, double b, double c) {
@@ -38,7 +38,7 @@ Complex continued_fraction(const ChainParameters& p, Complex s) {
   return y;
 }
 
-/// Mass and number of elements' worth of spring of the mass nearest to x in the reduced models: m' s^2 + lambda (b s + k).
+/// Mass and equivalent number of springs of the mass nearest to x in the reduced models: m' s^2 + lambda (b s + k).
 struct OneMass {
   double mass_kg = 0, lambda = 0;
 };
@@ -48,7 +48,7 @@ OneMass one_mass(const ChainParameters& p, ChainModel model) {
   return {p.mass_kg * (1 + 0.5 * (p.masses - 1)), n / (n - 1)};
 }
 
-/// The pole nearest to `wanted`, taken out of `poles`.
+/// Removes the pole nearest to `wanted` from `poles` and returns it.
 Complex take_nearest(std::vector<Complex>& poles, Complex wanted) {
   const auto at = std::min_element(poles.begin(), poles.end(),
                                    [&](Complex a, Complex b) { return std::abs(a - wanted) < std::abs(b - wanted); });

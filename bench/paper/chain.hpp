@@ -6,13 +6,12 @@
 //     full (fig. 12)        F/X = Y_n,   Y_1 = z,   1/Y_i = 1/z + 1/(m s^2 + Y_{i-1})     poles  m s^2 + lambda_j (b s + k) = 0,
 //                           a continued fraction; eq. 6 for N = 3                        lambda_j = 2 - 2 cos(j pi / n), j = 1..N
 //     first mass (fig. 13)  F/X = z (1 - z / (m s^2 + 2 z))                   eq. 10      lambda = 2, eq. 11
-//     two-level (fig. 14)   F/X = z (1 - z / (m' s^2 + z + z / (n - 1)))      eq. 12      m' s^2 + n/(n - 1) (b s + k) = 0, eq.
-//     13
+//     two-level (fig. 14)   F/X = z (1 - z / (m' s^2 + z + z / (n - 1)))      eq. 12    m' s^2 + n/(n - 1) (b s + k) = 0, eq. 13
 //                           m' = m (1 + (N - 1) / 2)
 //
 // All have the high-frequency asymptote z; their static gains are k/n, k/2 and k/n: k/4, k/2, k/4 for the paper's three masses.
-// Poles come in pairs of a quadratic; where the two of a pair nearly coincide (critical damping), eigenvalues of the state matrix
-// are known only to the root of rounding, but their mean and product to rounding, so those are compared there.
+// Poles come in pairs from a quadratic. If the two of a pair nearly coincide (critical damping), the eigenvalues of the state
+// matrix are known only to the square root of rounding, but their mean and product to rounding, so those are compared there.
 // Source: Cavusoglu and Tendick, eqs 6-13, figs 12-15.
 #pragma once
 
@@ -29,26 +28,26 @@ struct ChainParameters {
   Complex element(Complex s) const { return stiffness_n_m + s * damping_n_s_m; }
 };
 
-/// Throws InputError for what is no chain; `where` names the source of the numbers.
+/// Throws InputError for invalid parameters; `where` names the source of the numbers.
 void validate(const ChainParameters& p, const std::string& where);
 
-/// Along x, node 0 displaced, node masses + 1 the wall.
+/// The chain along x; node 0 is displaced, node masses + 1 is the wall.
 LumpedBody chain_body(const ChainParameters& p);
 
 enum class ChainModel { full, first_mass, two_level };
 inline constexpr ChainModel kChainModels[] = {ChainModel::full, ChainModel::first_mass, ChainModel::two_level};
 const char* name_of(ChainModel model);
 
-/// From elements.
+/// The system assembled from elements.
 SecondOrderSystem chain_system(const ChainParameters& p, ChainModel model);
 
-/// The formulas: eqs 6, 10 and 12 word for word where there are three masses, else the forms above.
+/// Transfer function by the formulas: eqs 6, 10 and 12 literally for three masses, else the forms above.
 Complex chain_transfer(const ChainParameters& p, ChainModel model, Complex s);
 double chain_static_gain(const ChainParameters& p, ChainModel model);  ///< [N/m]
-/// Both poles of each pair one after the other, eqs 7-9, 11 and 13 [rad/s].
+/// Poles [rad/s], the two of each pair one after the other, eqs 7-9, 11 and 13.
 std::vector<Complex> chain_poles(const ChainParameters& p, ChainModel model);
 
-/// What the elements give against the formulas, the largest over all frequencies and poles.
+/// Errors of the element models against the formulas, the largest over all frequencies and poles.
 struct ChainErrors {
   double transfer = 0, poles = 0;  ///< relative
 };

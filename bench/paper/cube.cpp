@@ -48,7 +48,7 @@ Scene flawed_cube(Flaw flaw, double ratio) {
   constexpr double kAll = 1;  // beyond the body
   constexpr double kSoftCoreTopNM = 120;
   LatticeSettings s = cube_settings(flaw == Flaw::soft_below ? kSoftCoreTopNM : kStiffnessNM);
-  // Elements whose midpoint lies inside: the bounds leave out the planes of nodes at which a region ends.
+  // Elements whose midpoint lies inside: the bounds exclude the planes of nodes at which a region ends.
   constexpr double kEdge = 0.001;
   const auto lump = [&](double bottom_m) {
     return region(Vec3(0.02 - kEdge, 0.02 - kEdge, bottom_m - kEdge), Vec3(0.06 + kEdge, 0.06 + kEdge, bottom_m + 0.04 + kEdge),

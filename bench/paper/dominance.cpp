@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kPerDecade = 20;
 
-/// Elements between the port and every node; -1 where there is no way.
+/// Number of elements between the port and every node; -1 if they are not connected.
 std::vector<int> layers_of(const Specimen& specimen) {
   std::vector<int> layer(specimen.body().nodes.size(), -1);
   for (int k = 0; std::count(layer.begin(), layer.end(), k - 1) > 0 || k == 0; ++k) {
@@ -26,7 +26,7 @@ std::vector<int> layers_of(const Specimen& specimen) {
 
 Vec3 at(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }
 
-/// Adds an element's elastic energy to those of its nodes that move, evenly.
+/// Adds an element's elastic energy to its moving nodes, in equal parts.
 template <class Nodes, class Moves>
 void share(double elastic, const Nodes& nodes, const Moves& moves, std::vector<double>& by_node) {
   const auto moving = std::count_if(nodes.begin(), nodes.end(), moves);
@@ -34,7 +34,7 @@ void share(double elastic, const Nodes& nodes, const Moves& moves, std::vector<d
     if (moves(i)) by_node[i] += elastic / static_cast<double>(moving);
 }
 
-/// Of small strains, which all laws of a solid agree on.
+/// Energy at small strains, where all laws of a solid agree.
 double elastic_energy(const SolidMaterial& m, double volume_m3, const Mat3& gradient) {
   const Mat3 strain = 0.5 * (gradient + gradient.transpose());
   const auto [mu, lambda] = lame_parameters(m.law, m.young_pa, m.poisson);
@@ -55,7 +55,7 @@ double elastic_energy(const Specimen& specimen, const Hexahedron& h, std::uint32
          0.5 * shape.modes.k.dot(gradient.rightCols<4>().colwise().squaredNorm().transpose());
 }
 
-/// By node, sum 1.
+/// Energy by node, normalised to sum 1.
 std::vector<double> energy(const Specimen& specimen, const Vector& q, const Vector& v) {
   const LumpedBody& body = specimen.body();
   std::vector<double> by_node(body.nodes.size(), 0.0);
@@ -75,7 +75,7 @@ std::vector<double> energy(const Specimen& specimen, const Vector& q, const Vect
   return by_node;
 }
 
-/// Hankel-weighted mean over the dominant states.
+/// Energy averaged over the dominant states, weighted by Hankel values.
 std::vector<double> dominant_energy(const Specimen& specimen, const SecondOrderSystem& system, const BalancedReduction& balanced,
                                     int states) {
   std::vector<double> mean(specimen.body().nodes.size(), 0.0);
@@ -91,7 +91,7 @@ std::vector<double> dominant_energy(const Specimen& specimen, const SecondOrderS
   return mean;
 }
 
-/// Of a slow push along each axis of the port, mean.
+/// Energy of a slow push along each axis of the port, averaged.
 std::vector<double> slow_energy(const Specimen& specimen, const SecondOrderSystem& system) {
   const auto still = DynamicStiffness(system.mass, system.damping, system.stiffness).at(0);
   const Matrix q_s = still.solve(system.b_k.cast<Complex>()).real();
@@ -163,7 +163,7 @@ Dominance dominance(const Specimen& specimen, int layers_max) {
 
   std::vector<double> frequencies = log_frequencies(10, 1000, kPerDecade);
   frequencies.insert(frequencies.begin(), 0.0);
-  // The balanced model with all its states is the body to ten digits, and quick.
+  // The balanced model with all its states equals the body to ten digits, and is quick.
   const StateSpace high = balanced.truncated(balanced.states());
   const Response whole = sample([&](Complex s) { return high.transfer(s); }, frequencies);
   for (int layers = 1; layers <= layers_max; ++layers) {
@@ -174,7 +174,7 @@ Dominance dominance(const Specimen& specimen, int layers_max) {
                        worst_in_band(frequencies, error, 100, 1000)});
     if (ring.size() == system.size()) break;
   }
-  // A ring serves from the first one on after which none fails again.
+  // Rings count from the first one after which none fails again.
   for (auto r = d.rings.rbegin(); r != d.rings.rend() && r->band_100_1000 <= Dominance::kRingError; ++r)
     d.ring_layers_fast = r->layers;
   for (auto r = d.rings.rbegin(); r != d.rings.rend() && std::max(r->band_10_100, r->band_100_1000) <= Dominance::kRingError; ++r)

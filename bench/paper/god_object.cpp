@@ -14,11 +14,11 @@ struct Plane {
 };
 
 struct Hit {
-  double share = 1;  ///< of the way
+  double share = 1;  ///< share of the path
   Plane plane;
 };
 
-/// Where the way from `a` to `b` first enters the body.
+/// First entry into the body on the path from `a` to `b`.
 std::optional<Hit> first_hit(const RigidBody& body, const Vec3& a, const Vec3& b) {
   const Positions x(body.vertices);
   const Vec3 way = b - a;
@@ -38,7 +38,7 @@ std::optional<Hit> first_hit(const RigidBody& body, const Vec3& a, const Vec3& b
   return first;
 }
 
-/// The point of all planes nearest to h; nothing when they have none in common.
+/// Point on all planes nearest to h; empty if they have none in common.
 std::optional<Vec3> nearest_on(const std::array<Plane, 3>& planes, int count, const Vec3& h) {
   if (count == 0) return h;
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> n(3, count);

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// Columns of 3 N entries cut to the coordinates of the system.
+/// Restricts columns of 3 N entries to the coordinates of the system.
 Matrix restricted(const Matrix& columns, const SecondOrderSystem& system) {
   Matrix v(system.size(), columns.cols());
   for (Eigen::Index row = 0; row < v.rows(); ++row)
@@ -17,7 +17,7 @@ Matrix restricted(const Matrix& columns, const SecondOrderSystem& system) {
   return v;
 }
 
-/// An orthonormal basis of the span, in mass-scaled coordinates; columns below `dependent` of the largest are dropped.
+/// Orthonormal basis of the span, in mass-scaled coordinates; columns below `dependent` of the largest are dropped.
 Matrix independent(const Matrix& columns, const Vector& mass, double dependent) {
   const Vector root = mass.cwiseSqrt();
   Matrix scaled = root.asDiagonal() * columns;

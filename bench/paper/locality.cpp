@@ -12,7 +12,7 @@ using Row = Eigen::Index;
 
 Vec3 node_of(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Row>(node)); }
 
-/// Rows of the system back in their places among all nodes; the rest zero.
+/// Scatters rows of the system to their places among all nodes; the rest is zero.
 Vector spread(const SecondOrderSystem& system, const Vector& rows, Row size) {
   Vector y = Vector::Zero(size);
   for (Row i = 0; i < rows.size(); ++i) y[static_cast<Row>(system.coordinates[static_cast<std::size_t>(i)])] = rows[i];
@@ -37,7 +37,7 @@ double largest(const Vector& y) {
   return m > 0 ? m : 1;
 }
 
-/// Adds `value` at distance `r` to every radius that reaches it.
+/// Adds `value` at distance `r` to the sums of all radii of at least `r`.
 void add_within(double r, double value, const std::vector<double>& radii_m, std::vector<double>& sums) {
   for (std::size_t k = 0; k < radii_m.size(); ++k)
     if (r <= radii_m[k]) sums[k] += value;
@@ -60,7 +60,7 @@ std::vector<double> energy_shares(const Specimen& specimen, const Vector& u, con
   return within;
 }
 
-/// 1 / (2 V) sum of the elements' tensions at a node, as a tensor's norm.
+/// Norm of the tensor 1 / (2 V) sum of the elements' tensions at a node.
 double nodal_stress(const LumpedBody& body, std::uint32_t node, const Vector& u, double cell) {
   Mat3 sum = Mat3::Zero();
   for (const Element& e : body.elements) {

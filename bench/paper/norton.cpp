@@ -16,7 +16,7 @@ constexpr double kGrownN = 1e6;
 struct Motion2 {
   Vector q, v, a;
   explicit Motion2(Eigen::Index n) : q(Vector::Zero(n)), v(q), a(q) {}
-  /// The rule without its new acceleration.
+  /// Applies the rule without its new acceleration.
   void predict(double h) {
     q += h * v + h * h / 4 * a;
     v += h / 2 * a;
@@ -44,7 +44,7 @@ Vector felt(const SecondOrderSystem& s, const PortMotion& motion, std::size_t n,
 
 using Indices = std::vector<Eigen::Index>;
 
-/// The fine side and what it sees of the coarse one.
+/// The fine side and the coarse side as it appears from there.
 class SplitMesh {
  public:
   SplitMesh(const SecondOrderSystem& s, const Indices& f, const Indices& c, int ticks, double h)
@@ -73,7 +73,7 @@ class SplitMesh {
     begin_frame();
   }
 
-  /// One tick with the port's load on the fine side at its end.
+  /// Advances one tick with the port's load on the fine side at its end.
   void advance(const Vector& fine_load) {
     ++tick_;
     const double theta = static_cast<double>(tick_) / ticks_;

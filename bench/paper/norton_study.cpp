@@ -12,7 +12,8 @@ namespace palpate {
 namespace {
 
 constexpr double kTickS = 1e-3;
-/// The mesh of the patches has large displacements; this small, it is linear, and forces are scaled back.
+/// Scale of the motion: the mesh of the patches has large displacements, but is linear when they are this small; forces are
+/// scaled back.
 constexpr double kScale = 1e-4;
 
 /// Depth 3 mm at 1.5 Hz, 0.3 mm at 9 Hz and 0.05 mm at 40 Hz, sideways 2 mm at 1.1 Hz; from rest within half a second.

@@ -1,8 +1,8 @@
-// Small models of a specimen at its port side by side: the paper's figures 5, 9 and 11 as numbers.
+// Comparison of small models of a specimen at its port: the paper's figures 5, 9 and 11 as numbers.
 //
-// For each model: its response over frequency, the relative error at DC and over the bands 10-100 Hz and 100-1000 Hz
-// (response.hpp), and its H-infinity error, relative to the norm of the whole body's G - s D1 (hinf.hpp).
-// The order of the models: full, balanced, ring, two-layer, condensed, port.
+// Each model has its response over frequency, the relative error at DC and over the bands 10-100 Hz and 100-1000 Hz
+// (response.hpp), and its H-infinity error, relative to the norm of the whole body's G - s D1 (hinf.hpp). The order of the
+// models: full, balanced, ring, two-layer, condensed, port.
 #pragma once
 
 #include <string>
@@ -15,25 +15,25 @@
 namespace palpate {
 
 struct PortStudyOptions {
-  std::vector<int> orders{10, 12, 20};  ///< of balanced truncation
+  std::vector<int> orders{10, 12, 20};  ///< orders of balanced truncation
   int rings = 4;                        ///< layers of the largest ring
-  bool imaginary_shifts = true;         ///< the port basis at imaginary shifts too
+  bool imaginary_shifts = true;         ///< include the port basis at imaginary shifts
   double from_hz = 0.1, to_hz = 2000;
   int per_decade = 100;
 };
 
 struct PortModel {
-  std::string name, title;  ///< key of the summary; words for a legend
+  std::string name, title;  ///< key of the summary; text for a legend
   Eigen::Index states = 0;
   Response response;
   std::vector<double> error;    ///< relative, by frequency
-  ReductionError hinf;          ///< infinite when the model's own damper at the port is not the body's
-  double hinf_sampled_n_m = 0;  ///< the largest error on the frequencies of `response` and at 0: a lower bound of hinf.peak
+  ReductionError hinf;          ///< infinite if the model's own damper at the port differs from the body's
+  double hinf_sampled_n_m = 0;  ///< largest error on the frequencies of `response` and at 0: a lower bound of hinf.peak
   double dc_rel_error = 0, band_10_100_rel_error = 0, band_100_1000_rel_error = 0;
 };
 
 struct PortStudy {
-  PeakGain proper_norm;           ///< of the whole body's G - s D1 [N/m]
+  PeakGain proper_norm;           ///< norm of the whole body's G - s D1 [N/m]
   std::vector<PortModel> models;  ///< the whole body first
   Vector hankel;                  ///< [N/m]
 
@@ -41,7 +41,7 @@ struct PortStudy {
   const PortModel* find(const std::string& name) const;
 };
 
-/// `balanced` is that of specimen.system().
+/// `balanced` is the reduction of specimen.system().
 PortStudy study_port(const Specimen& specimen, const BalancedReduction& balanced, const PortStudyOptions& options);
 
 }  // namespace palpate

@@ -1,10 +1,10 @@
-// Frequency responses at a port and how far a small model's is from the whole body's.
+// Frequency responses at a port, and the distance of a small model's response from the whole body's.
 //
 //     error(omega) = |G_r(j omega) - G(j omega)| / |G(j omega)|,   |.| the largest singular value of the p x p matrix
 //
-// so the answer to the worst direction of motion is compared with the largest force that the body answers with at that frequency:
-// an entry that is zero by symmetry (normal against tangential) does not count as infinitely wrong. G is the force over the
-// displacement, feed-through included [N/m].
+// so the error for the worst direction of motion is compared with the largest force of the body at that frequency: an entry that
+// is zero by symmetry (normal against tangential) does not count as infinitely wrong. G is the force over the displacement,
+// feed-through included [N/m].
 #pragma once
 
 #include <functional>
@@ -23,13 +23,14 @@ struct Response {
   std::vector<ComplexMatrix> value;
 };
 
-/// From `from_hz` to `to_hz`, both included, `per_decade` logarithmic steps (rounded up to a whole number of steps).
+/// Frequencies from `from_hz` to `to_hz`, both included, in `per_decade` logarithmic steps (rounded up to a whole number of
+/// steps).
 std::vector<double> log_frequencies(double from_hz, double to_hz, int per_decade);
 Response sample(const Transfer& transfer, std::span<const double> frequencies_hz);
 
 /// error(omega) of `small` against `full`, on the same frequencies.
 std::vector<double> relative_error(const Response& small, const Response& full);
-/// The largest entry of `error` between two frequencies, both included.
+/// Largest entry of `error` between two frequencies, both included.
 double worst_in_band(std::span<const double> frequencies_hz, std::span<const double> error, double from_hz, double to_hz);
 
 }  // namespace palpate

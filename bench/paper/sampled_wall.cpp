@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-/// State of the loop as numbers: x, x', then x_n-1, or the virtual tool's x_v, v, x_d.
+/// State of the loop: x, x', then x_n-1, or the virtual tool's x_v, v, x_d.
 using LoopState = Eigen::VectorXd;
 
 class Loop {
@@ -93,7 +93,7 @@ bool settles(const WallLoop& loop, std::size_t periods) {
 }
 
 double stiffest_for_any_spring(const WallLoop& loop, double most, int operators) {
-  // The resonance is narrow, so the least is looked for again, ever closer around the best that was found.
+  // The resonance is narrow, so the search zooms in on the best value found.
   constexpr int kZooms = 5;
   double least = most, low = 0, high = 2 * std::numbers::pi / loop.period_s, best = 0;
   WallLoop held = loop;

@@ -1,14 +1,14 @@
-// A haptic device on a virtual wall that is sampled: when does it oscillate by itself?
+// A haptic device on a sampled virtual wall: when does it oscillate by itself?
 //
 //     m x'' + b x' + k_o x = F(t),   F held over each period T
 //     without a coupling:  F_n = -K x_n - B (x_n - x_n-1) / T
 //     with one:            F_n from virtual_coupling.hpp, whose virtual tool stands on the wall K
 //
-// m, b device (with what the hand adds), k_o the operator's spring, K, B the wall's. The wall is pulled at as well as pushed: the
-// linear case, for which stability is a spectral radius. Between samples the device moves by the exact exponential; the loop is
-// one linear map of (x, x', x_n-1) or of (x, x', virtual tool) from period to period, stable iff all its eigenvalues lie inside
-// the unit circle. Passive, and so stable with every passive operator, iff  b > K T / 2 + |B|  (Colgate and Schenkel, J. Robotic
-// Systems 14 (1997)).
+// m, b: device (including what the hand adds); k_o: the operator's spring; K, B: the wall. The wall pulls as well as pushes: the
+// linear case, for which stability is a spectral radius. Between samples the device moves by the exact exponential. The loop is
+// one linear map of (x, x', x_n-1) or of (x, x', virtual tool) from period to period, stable if and only if all its eigenvalues
+// lie inside the unit circle. It is passive, and so stable with every passive operator, if and only if  b > K T / 2 + |B|
+// (Colgate and Schenkel, J. Robotic Systems 14 (1997)).
 #pragma once
 
 #include <optional>
@@ -23,7 +23,7 @@ struct Device1d {
   double operator_n_m = 0;  ///< k_o
 };
 
-/// One period under a constant force, exact: position [m], velocity [m/s].
+/// Exact step over one period under a constant force: position [m], velocity [m/s].
 class DeviceStep {
  public:
   DeviceStep(const Device1d& device, double period_s);
@@ -45,17 +45,17 @@ struct WallLoop {
   std::optional<CouplingParameters> coupling;
 };
 
-/// The map from one period to the next.
+/// Map from one period to the next.
 Matrix loop_matrix(const WallLoop& loop);
-/// Largest absolute eigenvalue of the map: below 1 it comes to rest.
+/// Largest absolute eigenvalue of the map; below 1 the loop comes to rest.
 double spectral_radius(const WallLoop& loop);
 
-/// The loop let go 1 mm off: positions at the end of every period [m]; ends early when it has grown a millionfold.
+/// Positions at the end of every period [m] of the loop released 1 mm off; ends early if the motion has grown a millionfold.
 std::vector<double> release_from_1mm(const WallLoop& loop, std::size_t periods);
-/// Whether that motion comes to rest: its second half is smaller than its first.
+/// Returns true if that motion comes to rest: its second half is smaller than its first.
 bool settles(const WallLoop& loop, std::size_t periods);
 
-/// Stiffest wall K [N/m] for which `stable(loop)` holds, by bisection to 1e-4 from 0 to `most`; 0 when none does.
+/// Stiffest wall K [N/m] for which `stable(loop)` holds, by bisection to 1e-4 from 0 to `most`; 0 if there is none.
 template <class Stable>
 double stiffest(WallLoop loop, double most, const Stable& stable) {
   double low = 0, high = most;
@@ -68,13 +68,13 @@ double stiffest(WallLoop loop, double most, const Stable& stable) {
   return low;
 }
 
-/// The smallest such K over operators that are lossless springs, with which the held device resonates at up to the sampling
-/// frequency. The worst resonates at half of it, where the held force is a square wave: of its power 8 / pi^2 is at that
-/// frequency, so that K comes to  2 (pi^2/8 b - B) / T,  or to the free device's 2 (b + B) / T where that is less. The rest, down
-/// to the passivity condition, takes an operator that resonates at every odd multiple.
+/// Smallest such K over operators that are lossless springs, with which the held device resonates at up to the sampling
+/// frequency. The worst resonates at half of it, where the held force is a square wave with 8 / pi^2 of its power at that
+/// frequency, so that K becomes  2 (pi^2/8 b - B) / T,  or the free device's 2 (b + B) / T if that is less. To reach the
+/// passivity condition, an operator would have to resonate at every odd multiple.
 double stiffest_for_any_spring(const WallLoop& loop, double most, int operators);
 
-/// K of the passivity condition, 2 (b - B) / T, 0 when there is none [N/m].
+/// K of the passivity condition, 2 (b - B) / T, 0 if there is none [N/m].
 inline double passive_wall_n_m(const WallLoop& loop) {
   return passive_stiffness_n_m(loop.device.damping_n_s_m, loop.damping_n_s_m, loop.period_s);
 }

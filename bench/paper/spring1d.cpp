@@ -18,7 +18,7 @@ constexpr std::size_t kOnsetTicks = 100;
 
 double rounded(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
 
-/// The newest frame of every tick, as the tick in which its position was read.
+/// Newest frame of every tick, as the tick in which its position was read.
 std::vector<std::size_t> frame_ticks(std::size_t ticks, double rate_hz) {
   std::vector<std::size_t> at(ticks);
   double shown = -1;
@@ -30,7 +30,7 @@ std::vector<std::size_t> frame_ticks(std::size_t ticks, double rate_hz) {
   return at;
 }
 
-/// Before rounding.
+/// Displayed force before rounding.
 std::vector<double> shown_force(SpringScheme scheme, const std::vector<double>& x, const std::vector<std::size_t>& frame,
                                 double low_pass_hz) {
   const double gain = 1 - std::exp(-2 * std::numbers::pi * low_pass_hz * kSpringTickS);
@@ -54,7 +54,7 @@ std::vector<double> shown_force(SpringScheme scheme, const std::vector<double>& 
         shown[n] = std::max(0.0, f.force_n + f.slope_n_mm * (x[n] - at));
         break;
       case SpringScheme::surface:
-        // In contact the tangent's zero is not the surface: what is shown ends at whichever comes first.
+        // In contact, the tangent's zero is not the surface: the displayed force ends at whichever comes first.
         if (x[n] > 0)
           shown[n] = at > 0 ? std::max(0.0, f.force_n + f.slope_n_mm * (x[n] - at)) : thigh_spring(1e-9).slope_n_mm * x[n];
         break;
@@ -70,8 +70,8 @@ std::vector<Vec3> along_z(const std::vector<double>& values) {
   return out;
 }
 
-/// What is faster than half the frame rate: everything but the Fourier terms up to there. Exact when the stroke repeats itself
-/// in the time given.
+/// Part above half the frame rate: everything except the Fourier terms up to there. Exact if the stroke is periodic in the given
+/// time.
 std::vector<double> fast_part(const std::vector<double>& values, double rate_hz) {
   Eigen::FFT<double> fft;
   std::vector<std::complex<double>> terms;
@@ -93,7 +93,7 @@ double regression(std::span<const double> shown, std::span<const double> referen
   return power > 0 ? product / power : 0;
 }
 
-/// Ticks from `at` on until `reached` holds.
+/// Number of ticks from `at` on until `reached` holds.
 template <class Reached>
 std::size_t ticks_until(std::size_t at, std::size_t end, const Reached& reached) {
   std::size_t n = at;
@@ -101,7 +101,7 @@ std::size_t ticks_until(std::size_t at, std::size_t end, const Reached& reached)
   return n - at;
 }
 
-/// Where two series that one is late by `lag` ticks overlap: (from in the late one, from in the other, length).
+/// Overlap of two series of which one is late by `lag` ticks: (start in the late one, start in the other, length).
 struct Overlap {
   std::size_t late, early, length;
   Overlap(int lag, std::size_t n)

@@ -1,9 +1,10 @@
-// Where the paper's "10 states, less than 1 %" holds: the error of balanced truncation over the number of states and the damping
-// of the sheet.
+// Range in which the paper's "10 states, less than 1 %" holds: the error of balanced truncation over the number of states and the
+// damping of the sheet.
 //
 //     error = || G - G_r ||_inf / || G - s D1 ||_inf,       bound = 2 sum_{k > r} sigma_k / || G - s D1 ||_inf
 //
-// D1 the damper at the port, without which the norm of G would be infinite. Both depend on b / sqrt(k m) and the order alone
+// D1 is the damper at the port, without which the norm of G would be infinite. Both depend only on b / sqrt(k m) and the order
+// (specimen.hpp). Source: Cavusoglu and Tendick, section 4.
 // (specimen.hpp). Source: Cavusoglu and Tendick, section 4.
 #pragma once
 
@@ -15,7 +16,7 @@
 
 namespace palpate {
 
-/// || G - s D1 ||_inf of the body that was balanced [N/m], to about a millionth.
+/// || G - s D1 ||_inf of the balanced body [N/m], to about a millionth.
 PeakGain proper_norm(const BalancedReduction& balanced);
 
 struct MapPoint {
@@ -24,12 +25,12 @@ struct MapPoint {
   double error = 0, bound = 0;
 };
 
-/// A block of `orders` (ascending) for each damping; orders beyond the states that stand above rounding, and those that part
-/// two equal Hankel values (BalancedReduction::stable_order), are left out.
+/// A block of `orders` (ascending) for each damping, without orders beyond the states that stand above rounding and orders that
+/// separate two equal Hankel values (BalancedReduction::stable_order).
 std::vector<MapPoint> truncation_map(int sheet_nodes, const Material& material, std::span<const double> dampings_n_s_m,
                                      std::span<const int> orders);
 
-/// For every damping of the map: the fewest states from which on the error stays at or below `error`; 0 when no order of the map
+/// For a damping of the map: the fewest states from which on the error stays at or below `error`; 0 if no order of the map
 /// reaches it.
 struct OrderNeeded {
   double damping_n_s_m = 0, damping_ratio = 0;
@@ -37,8 +38,8 @@ struct OrderNeeded {
 };
 std::vector<OrderNeeded> orders_needed(const std::vector<MapPoint>& map, double error);
 
-/// The lowest b / sqrt(k m) from which on `order` states have at most `error`, interpolated in the logarithms of both between
-/// the dampings of the map; infinity when its largest damping is not enough.
+/// Lowest b / sqrt(k m) from which on `order` states have at most `error`, interpolated in the logarithms of both between the
+/// dampings of the map; infinity if its largest damping is not enough.
 double ratio_needed(const std::vector<MapPoint>& map, int order, double error);
 
 }  // namespace palpate

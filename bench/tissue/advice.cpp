@@ -22,7 +22,7 @@ namespace {
 constexpr double kNodes[] = {250, 400, 650, 1000, 1500};  // coarse to fine
 constexpr std::size_t kFewestMeshes = 3;
 constexpr double kStepsS[] = {0.050, 0.025, 0.010, 0.005};
-constexpr double kStepShare = 0.25;  // of the error asked for
+constexpr double kStepShare = 0.25;  // share of the allowed error
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double median(std::vector<double> values) {
@@ -100,7 +100,7 @@ class Adviser {
         sizes.push_back(mesh.spacing_m);
         values.push_back(mesh.compliances_m_n[place]);
       }
-      // From fewer meshes nothing can be continued: the finest stands for the continuum, and nobody knows how well.
+      // With too few meshes there is no extrapolation: the finest stands for the continuum, with unknown error.
       Continued continuum{values.back(), 1};
       if (sizes.size() >= kFewestMeshes) continuum = continue_to_no_size(sizes, values, kContactOrder);
       model_errors.push_back(continuum.model_error);
@@ -113,14 +113,14 @@ class Adviser {
     }
   }
 
-  /// The longest that is true enough, on the coarsest mesh.
+  /// Chooses the longest step that is accurate enough, on the coarsest mesh.
   void choose_step() {
     const auto pushed = [&](double step_s) -> std::vector<Vec3> {
       try {
         return push_body(gripped_at_top(scene_of(advice_.tried.front().spacing_m, step_s), IntegratorKind::automatic, step_s),
                          stopwatch_)
             .force;
-      } catch (const std::runtime_error&) {  // it found no solution
+      } catch (const std::runtime_error&) {  // no solution was found
         return {};
       }
     };
@@ -139,12 +139,12 @@ class Adviser {
   }
 
   bool is_true(const AdvisedMesh& mesh) const { return tip_fits(mesh) && mesh.mesh_error + advice_.step_error <= request_.error; }
-  /// A narrower tip pokes single nodes.
+  /// A tip narrower than the spacing presses on single nodes.
   bool tip_fits(const AdvisedMesh& mesh) const { return mesh.spacing_m <= advice_.body.radius_m; }
   double most_ms() const { return 1e3 * kShareOfFrame / request_.rate_hz; }
   bool is_fast(const AdvisedMesh& mesh) const { return mesh.frame_ms() <= most_ms(); }
 
-  /// With a hand at each of these places; the slowest counts, beside what was measured before.
+  /// Measures with a hand at each of these places; the slowest counts, together with earlier measurements.
   void measure(AdvisedMesh& mesh, const std::vector<Vec3>& places) const {
     const Scene scene = scene_of(mesh.spacing_m, advice_.step_s);
     for (const FingerStiffness& place : finger_stiffnesses(scene, places)) {
@@ -160,8 +160,8 @@ class Adviser {
     says_(fmt::format("{:.3g} mm, {}: {:.1f} ms a frame", 1e3 * mesh.spacing_m, name_of(mesh.scheme), mesh.frame_ms()));
   }
 
-  /// The coarsest at all places; finer ones, while they are fast and not yet true enough, where that took longest. The best of
-  /// those is measured at all places before it is taken.
+  /// Measures the coarsest mesh at all places; finer ones, while they are fast and not yet accurate enough, where that one took
+  /// longest. The best of those is measured at all places before it is chosen.
   void choose_mesh() {
     std::vector<AdvisedMesh>& tried = advice_.tried;
     measure(tried.front(), places_);

@@ -1,24 +1,24 @@
-// Which support, tip, mesh, step and scheme serve a surface and a material on this machine: each candidate's error and cost, and
-// the cheapest that keeps both bounds.
+// Recommends support, tip, mesh, step and scheme for a surface and a material on this machine: the error and cost of each
+// candidate, and the cheapest that keeps both bounds.
 //
-// Candidates are lattices of hexahedra (linear tetrahedra lock near Poisson's ratio 1/2) with kNodes nodes, about. A solid
-// without dimensions of its own is known by its volume V and the area A of its surface: a lattice of spacing h has about V / h^3
-// + A / (2 h^2) nodes, and V / A is half the thickness of what is thin.
+// Candidates are lattices of hexahedra (linear tetrahedra lock near Poisson's ratio 1/2) with about kNodes nodes. A solid without
+// given dimensions is characterised by its volume V and the area A of its surface: a lattice of spacing h has about V / h^3 + A /
+// (2 h^2) nodes, and V / A is half the thickness of a thin body.
 //
-// Error of the force of a light touch against the continuum, at kPlaces places of the free surface that are far from each other:
-// compliance C = n^T B^T K^-1 B n (server/body/finger_stiffness.hpp), over lattices of spacing h
+// Error of the force of a light touch against the continuum, at kPlaces distant places of the free surface: compliance C = n^T
+// B^T K^-1 B n (server/body/finger_stiffness.hpp), over lattices of spacing h
 //
 //     C(h) = C_0 + c h^p,   p = kContactOrder,   C_0, c by least squares,   error of a mesh = C_0 / C - 1
 //
-// p is what balls on layers and bodies that bend converge with (docs/results/tissue.md: 1.6 to 2.1); `model_error`, the largest
-// distance of a C from the line over C_0, is how far the model is to be trusted. Of places that is the median, and the worst is
-// said beside it. Deep presses, and edges that are glued, are not in it.
+// p is the observed order of convergence of balls on layers and of bending bodies (docs/results/tissue.md: 1.6 to 2.1).
+// `model_error`, the largest distance of a C from the line over C_0, says how far the model can be trusted. The error of a mesh
+// is the median over places; the worst is reported as well. Deep presses, and glued edges, are not covered.
 //
-// Error of the step: the highest node taken down by 10 mm in 0.5 s (bench/measure/pushed_cube.hpp), root mean square of the force
+// Error of the step: the highest node moves down by 10 mm in 0.5 s (bench/measure/pushed_cube.hpp); root mean square of the force
 // against steps of a quarter of the shortest.
 //
-// Cost: processor time of a frame with one hand that presses (server/io/frame_cost.hpp) where it takes longest; it must stay
-// below kShareOfFrame of 1 / rate. What else the machine does while it is measured is not counted.
+// Cost: processor time of a frame with one pressing hand (server/io/frame_cost.hpp) at the most expensive place; it must stay
+// below kShareOfFrame of 1 / rate. Other load on the machine is not counted.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -36,15 +36,15 @@ inline constexpr std::size_t kPlaces = 5;
 
 struct AdviceRequest {
   std::filesystem::path surface;  ///< STL or OBJ
-  double scale = 1;               ///< from its units to metres
+  double scale = 1;               ///< metres per unit of the file
   std::string up = "z";           ///< axis of the surface that points up in the scene: x, -x, y, -y, z or -z
-  std::string material;           ///< by name
+  std::string material;           ///< name of the material
   double rate_hz = 20, error = 0.05;
-  std::optional<double> radius_m;    ///< of the tip; none: proposed
-  std::optional<double> held_share;  ///< of the height, from below, that is fixed; none: proposed
+  std::optional<double> radius_m;    ///< radius of the tip; empty: proposed
+  std::optional<double> held_share;  ///< fixed share of the height, from below; empty: proposed
 };
 
-/// The surface in its place, on the plane z = 0 and over the origin, and what follows from it alone.
+/// The surface on the plane z = 0 over the origin, and the quantities that follow from it alone.
 struct AdvisedBody {
   Vec3 rotation_deg = Vec3::Zero(), offset_m = Vec3::Zero();
   Vec3 size_m = Vec3::Zero();
@@ -58,10 +58,10 @@ struct AdvisedMesh {
   std::size_t nodes = 0, held = 0, cells = 0;
   double filled_share = 1;  ///< volume over that of the surface
   std::vector<double> compliances_m_n = {};
-  double mesh_error = 0, worst_error = 0;  ///< at the top, and the largest of all places
-  // Of candidates whose cost was measured, where it takes longest:
+  double mesh_error = 0, worst_error = 0;  ///< error at the top, and the largest of all places
+  // For candidates whose cost was measured, at the most expensive place:
   Scheme scheme = Scheme::hyper;
-  double step_ms = 0, patch_ms = 0;  ///< a frame; infinite where a step finds no solution
+  double step_ms = 0, patch_ms = 0;  ///< per frame; infinite if a step finds no solution
   Vec3 worst_place = Vec3::Zero();
   double frame_ms() const { return step_ms + patch_ms; }
 };
@@ -71,26 +71,26 @@ struct Advice {
   std::vector<AdvisedMesh> tried;
   std::size_t chosen = 0;
   double step_s = 0.01, step_error = 0;
-  bool step_known = false;  ///< else no step could be compared
+  bool step_known = false;  ///< false: no step could be compared
   double model_error = 0;
   bool true_enough = false, fast_enough = false;
   double error() const { return tried[chosen].mesh_error + step_error; }
 };
 
-/// What it hears while advise() is at work.
+/// Callbacks while advise() runs.
 struct AdviceHearer {
   std::function<void(const std::string&)> says = [](const std::string&) {};
   std::function<void(const AdvisedBody&)> body = [](const AdvisedBody&) {};
 };
 
-/// Throws InputError for a surface or a material that is none, and where no mesh can be made of the surface or held.
+/// Throws InputError for an invalid surface or material, and if the surface cannot be meshed or fixed.
 Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const AdviceHearer& hearer = {});
 
-/// A scene file beside which `file` is the surface.
+/// Returns a scene file that refers to the surface `file` in its own folder.
 std::string advised_scene(const AdviceRequest& request, const AdvisedBody& body, const std::string& file, double spacing_m,
                           double step_s);
 
-/// C_0 and the largest distance from the line over it, of values over sizes; at least three.
+/// C_0 and the largest distance from the line over it, for values over sizes; at least three.
 struct Continued {
   double value = 0, model_error = 0;
 };

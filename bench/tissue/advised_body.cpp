@@ -25,7 +25,7 @@ double area_of(const TriangleMesh& mesh) {
   return area;
 }
 
-/// Heights of points that fill the solid evenly, from the lowest on.
+/// Heights of points that fill the solid evenly, ascending.
 std::vector<double> heights_inside(const Solid& solid) {
   constexpr int kAcross = 24;
   const Eigen::AlignedBox3d box = solid.bounds();

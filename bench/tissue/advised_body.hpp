@@ -1,16 +1,15 @@
-// What palpate-lab advise says of a surface before any mesh: where it is put, how large and heavy it is, what to hold and which
-// tip.
+// First stage of palpate-lab advise, before meshing: placement, size and mass of the surface, the part to fix, and the tip.
 #pragma once
 
 #include "bench/tissue/advice.hpp"
 
 namespace palpate {
 
-/// Where nothing is asked for, the lowest tenth of the volume is held, at least 15 % of the height and at most half of it, and
-/// the tip has twice the spacing of a lattice of 800 nodes. Throws InputError for a surface or a material that is none.
+/// By default the lowest tenth of the volume is fixed, at least 15 % of the height and at most half of it, and the tip has twice
+/// the spacing of a lattice of 800 nodes. Throws InputError for an invalid surface or material.
 AdvisedBody advised_body(const AdviceRequest& request);
 
-/// Of a lattice with so many nodes, about [m]; no wider than what is thin.
+/// Spacing of a lattice with about `nodes` nodes [m], at most the thickness of a thin body.
 double spacing_for(const AdvisedBody& body, double nodes);
 
 }  // namespace palpate

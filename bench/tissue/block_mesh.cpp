@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr double kDensityKgM3 = 1000;
-// Faces, their nodes in a ring, counter-clockwise from outside.
+// Faces, their nodes in a ring, counter-clockwise seen from outside.
 constexpr std::array<std::array<std::size_t, 4>, 6> kFaces{
     {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
 
@@ -42,7 +42,7 @@ void BlockMesh::move(const std::function<Vec3(std::uint32_t, const Vec3&)>& to) 
 }
 
 std::uint32_t BlockMesh::node_at(const Vec3& at) {
-  // Not on a multiple of what is rounded to, where two that should be one could part.
+  // Offset from multiples of the rounding step, where two nodes that should merge could be separated.
   constexpr double kAside = 0.3141;
   std::array<std::int64_t, 3> key{};
   for (int a = 0; a < 3; ++a) key[static_cast<std::size_t>(a)] = std::llround(at[a] / merge_m_ + kAside);

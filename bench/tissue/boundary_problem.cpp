@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeft = 1e-8;      // of the loads, out of balance at the end
-constexpr double kSolvedTo = 1e-9;  // of a right-hand side, where it is solved by iterations
+constexpr double kLeft = 1e-8;      // allowed residual force at the end, as a share of the loads
+constexpr double kSolvedTo = 1e-9;  // relative tolerance of iterative solves
 constexpr std::uint32_t kFactorised = 8000;
 constexpr int kNewtonMax = 40, kShareHalvings = 6, kCuts = 10;
 
@@ -106,7 +106,7 @@ bool BoundaryProblem::descend() {
   for (int cut = 0; cut < kCuts; ++cut, share /= 2) {
     state_.x = from + share * step_;
     take_residual();
-    // Near the end the energy tells nothing any more: what is out of balance does.
+    // Near the end the energy no longer discriminates, but the residual force does.
     if (residual_.allFinite() && (out_of_balance() < left / 2 || potential() <= before - 1e-4 * share * slope)) return true;
     if (slope < kRounding * std::abs(before) && out_of_balance() < left) return true;
   }

@@ -1,9 +1,9 @@
-// Bodies that CalculiX 2.20 answered for: quadratic hexahedra (C3D20R), neo-Hookean (bench/calculix/README.md).
+// Bodies with reference solutions by CalculiX 2.20: quadratic hexahedra (C3D20R), neo-Hookean (bench/calculix/README.md).
 //
 //   bar      100 x 30 x 20 mm, 400 kPa, 1000 kg/m^3, clamped at one end, hangs in gravity: sag of its free end [mm]
 //   punch    a square of 20 x 20 mm glued to the top of a block of 60 x 60 x 30 mm, 10 kPa, bonded below, pushed in by 3 and 9
-//            mm: force [N]. The stress at its edge has no bound, so the reference is continued to elements without size from two
-//            meshes, its error being in proportion to their size.
+//            mm: force [N]. The stress at its edge is unbounded, so the reference is extrapolated from two meshes to elements of
+//            zero size, assuming an error proportional to their size.
 
 #include <fmt/format.h>
 
@@ -49,7 +49,7 @@ Equilibrium still(const Dynamics& dynamics, const BodyState& from) {
 double sag_mm(const Scene& scene) {
   const Dynamics dynamics(scene.body);
   const Equilibrium hangs = still(dynamics, dynamics.rest_state());
-  // The middle of the upper edge of its end, or the two nodes beside it.
+  // Middle of the upper edge of its end, or the two nodes nearest to it.
   double sum_m = 0, nearest_m = 1;
   int count = 0;
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
@@ -106,7 +106,7 @@ std::vector<TissueCase> calculix_cases() {
     c.reference = asked.reference;
     c.by = "CalculiX 2.20";
     c.elements = {TissueElement::hexahedron, TissueElement::tetrahedron};
-    if (asked.poisson == 0.25) c.elements.push_back(TissueElement::spring);  // theirs, by Cauchy
+    if (asked.poisson == 0.25) c.elements.push_back(TissueElement::spring);  // Poisson's ratio of springs, by Cauchy's relation
     c.cells = is_bar ? std::vector<int>{2, 4, 8} : std::vector<int>{3, 6, 9};
     c.scene = [asked, is_bar](TissueElement element, int cells) {
       return is_bar ? bar(element, asked.poisson, cells) : block(element, asked.poisson, cells);

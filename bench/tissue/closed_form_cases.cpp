@@ -1,10 +1,10 @@
-// Homogeneous deformations, of every law, and those of Rivlin and Lame.
+// Homogeneous deformations, for every law, and the cases of Rivlin and Lame.
 //
 //   uniaxial, equibiaxial   a cube of crooked cells between planes of symmetry, stretched: force over area [kPa]
 //   shear                   its whole surface sheared by 0.5: shear and normal traction on its top [kPa]
 //   torsion                 a cylinder of radius 10 mm and length 20 mm whose ends turn by 60 degrees and keep their shape
-//   sphere                  10 to 20 mm, its inside moved out by 0.01 % or 30 %, free outside: the pressure inside [kPa]. A body
-//                           takes no pressure: the inside is moved, and what holds it is summed up.
+//   sphere                  10 to 20 mm, its inside moved out by 0.01 % or 30 %, free outside: the pressure inside [kPa]. Bodies
+//                           accept no pressure load: the inside is moved, and the holding forces are summed.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ constexpr double kCubeM = 0.02, kHair = 1e-9;
 constexpr int kCubeCells = 3;
 constexpr double kPoisson = 0.45;
 
-/// Nodes of the cube's side at x[axis] = 0 or its size.
+/// Holds the cube's side at x[axis] = 0 or its size.
 void hold_side(BoundaryProblem& problem, const LumpedBody& body, int axis, bool far, double displacement_m) {
   for (const std::uint32_t i :
        nodes_where(body.nodes, [&](const Vec3& x) { return std::abs(x[axis] - (far ? kCubeM : 0)) < kHair; }))
@@ -38,7 +38,7 @@ Vec3 reaction_of_side(const BoundaryProblem& problem, const LumpedBody& body, in
   return sum;
 }
 
-/// Stretched along the first `axes` axes, free along the others.
+/// Stretches a cube along the first `axes` axes, free along the others.
 TissueSolution stretch_cube(const SolidMaterial& material, TissueElement element, int cells, double stretch, int axes) {
   const LumpedBody body = crooked_cube(cells, kCubeM).body(solid_element(element), material);
   BoundaryProblem problem(body);
@@ -55,7 +55,7 @@ TissueSolution shear_cube(const SolidMaterial& material, TissueElement element, 
   const auto on_surface = [](const Vec3& x) { return x.minCoeff() < kHair || x.maxCoeff() > kCubeM - kHair; };
   for (const std::uint32_t i : nodes_where(body.nodes, on_surface)) problem.hold(i, Vec3(shear * body.nodes[i].y(), 0, 0));
   problem.solve(2);
-  // Nodes of the edges carry the tractions of two sides: virtual work over all of the surface tells them apart.
+  // Nodes on edges carry the tractions of two sides; virtual work over the whole surface separates them.
   double work = 0;
   for (const std::uint32_t i : nodes_where(body.nodes, on_surface)) work += problem.reaction(i)[component] * body.nodes[i].y();
   return {body.nodes.size(), 1e-3 * work / std::pow(kCubeM, 3)};

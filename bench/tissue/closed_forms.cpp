@@ -10,16 +10,16 @@ namespace {
 
 using std::numbers::pi;
 
-/// Where a function that grows is zero, between two bounds.
+/// Zero of an increasing function between two bounds.
 double zero_of(const std::function<double(double)>& f, double low, double high) {
   constexpr int kHalvings = 100;
   for (int k = 0; k < kHalvings; ++k) (f((low + high) / 2) < 0 ? low : high) = (low + high) / 2;
   return (low + high) / 2;
 }
 
-constexpr double kThinnest = 0.4, kThickest = 2.2;  // of lateral stretches
+constexpr double kThinnest = 0.4, kThickest = 2.2;  // range of lateral stretches
 
-/// The radius of every shell of a sphere.
+/// Radii of all shells of a sphere.
 class RadialSphere {
  public:
   RadialSphere(const SolidMaterial& material, double inner_m, double outer_m) : material_(material) {
@@ -40,7 +40,7 @@ class RadialSphere {
   static constexpr int kPieces = 400, kNewtonMax = 60;
   static constexpr double kStill = 1e-11;
 
-  /// dE/dr of both ends of a piece, sign changed.
+  /// -dE/dr at both ends of a piece.
   std::array<double, 2> pull(std::size_t piece) const { return pull(piece, r_[piece], r_[piece + 1]); }
   std::array<double, 2> pull(std::size_t piece, double r0, double r1) const {
     const double length = rest_[piece + 1] - rest_[piece], middle = (rest_[piece] + rest_[piece + 1]) / 2;
@@ -50,7 +50,7 @@ class RadialSphere {
     return {by_slope - by_mean, -by_slope - by_mean};
   }
 
-  /// Thomas' algorithm over the shells that are free; the largest change.
+  /// Solves by Thomas' algorithm over the free shells; returns the largest change.
   double newton_step() {
     const std::size_t n = r_.size() - 1;
     std::vector<double> below(n + 1, 0), on(n + 1, 0), above(n + 1, 0), right(n + 1, 0);
@@ -78,7 +78,7 @@ class RadialSphere {
       change[i] = (right[i] - above[i] * change[i + 1]) / on[i];
       most = std::max(most, std::abs(change[i]));
     }
-    // Shells keep their order.
+    // Shells must keep their order.
     const double share = std::min(1.0, 0.3 * (rest_[1] - rest_[0]) / std::max(most, 1e-300) * static_cast<double>(n));
     for (std::size_t i = 1; i <= n; ++i) r_[i] += share * change[i];
     return most;
@@ -115,7 +115,7 @@ Mat3 simple_shear_stress(const SolidMaterial& material, double shear) {
 }
 
 TorsionAnswer torsion_of_cylinder(const SolidMaterial& material, double radius_m, double turn_1_m) {
-  constexpr int kPieces = 2000;  // of Simpson's rule
+  constexpr int kPieces = 2000;  // intervals of Simpson's rule
   const double h = radius_m / kPieces;
   const auto at = [&](double r) { return energy_by_first_invariant(material, 3 + std::pow(turn_1_m * r, 2)) * r * r * r; };
   double sum = 0;

@@ -1,11 +1,11 @@
-// Rigid indenters without friction on a layer that is bonded below, and on a half-space: Hertz; Hayes et al.
+// Rigid frictionless indenters on a layer that is bonded below, and on a half-space: Hertz; Hayes et al.
 //
 // a = 10 mm, small strains (a depth of some 1e-4 a): flat punches and balls (paraboloids) on a layer as thick as a, and balls on
 // one ten times as thick, whose references are those of Hertz with the factor of that depth (1.0005 and 1.0007). References are
-// those of the integral equation of bench/calculix/layer.py, its numbers (bench/calculix/layer.csv) made dimensional: with
-// s = G / (1 - nu),   punch P = s force h d;   ball d = depth h^2 / R, P = s force h^3 / R.
-// The layer ends 8 a (thick: 40 a) from the axis, free there. What touches a ball is found by letting go of nodes that are pulled
-// and holding those that would enter it, until none is left.
+// those of the integral equation of bench/calculix/layer.py, its numbers (bench/calculix/layer.csv) made dimensional: with s = G
+// / (1 - nu),   punch P = s force h d;   ball d = depth h^2 / R, P = s force h^3 / R.
+// The layer ends 8 a (thick: 40 a) from the axis, free there. The nodes in contact with a ball are found by releasing nodes that
+// are pulled and holding those that would enter it, until none is left.
 #include <fmt/format.h>
 
 #include <cmath>

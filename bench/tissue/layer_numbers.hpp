@@ -1,4 +1,4 @@
-// The numbers of bench/calculix/layer.csv, which bench/calculix/layer.py computes; a test compares both.
+// Numbers of bench/calculix/layer.csv, computed by bench/calculix/layer.py; a test compares both.
 #pragma once
 
 namespace palpate {

@@ -4,12 +4,12 @@
 //   Cook, plane stress    E = 1, nu = 1/3, a shear load of 1 on the free edge, small strains: u_y of that edge's middle is
 //                         23.96 (published; Simo and Rifai, IJNME 29 (1990) and many after them). A membrane 2 mm thick, half of
 //                         it.
-//   Cook, plane strain    the same for nu = 0.3 and 0.49, of CalculiX 2.20 (bench/calculix/README.md)
-//   mi01   a cube of one element, E = 1, nu = 0.45, drawn out to twice its length, its sides free: closed form [mPa]
-//   te01   one tetrahedron whose nodes slide along the axes, its top pushed down: closed form of what the top moves by [mm].
-//   There
-//          c1 = 1, k = 1000 and a force of 0.5, here E and nu of the same small strains
-//   ma02   20 x 10 x 10 mm, ends glued, stretched by a twentieth (there by half, where laws differ): the force, of CalculiX [mN]
+//   Cook, plane strain    the same for nu = 0.3 and 0.49, by CalculiX 2.20 (bench/calculix/README.md)
+//   mi01   a cube of one element, E = 1, nu = 0.45, stretched to twice its length, its sides free: closed form [mPa]
+//   te01   one tetrahedron whose nodes slide along the axes, its top pushed down: closed form of the motion of its top [mm]. The
+//          original has c1 = 1, k = 1000 and a force of 0.5; here E and nu of the same small strains
+//   ma02   20 x 10 x 10 mm, ends glued, stretched by a twentieth (originally by half, where laws differ): the force, by CalculiX
+//          [mN]
 #include <fmt/format.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ namespace {
 constexpr double kSmallest = 1e-9;
 const std::vector<TissueElement> kBoth{std::begin(kFiniteElements), std::end(kFiniteElements)};
 
-/// u_y E t / F of the free edge's middle; an even number of cells.
+/// u_y E t / F of the free edge's middle; requires an even number of cells.
 TissueSolution bend_membrane(double poisson, bool plane_stress, TissueElement element, int cells) {
   constexpr double kThickM = 1e-3, kLoadN = 1e-5, kRightM = 48e-3, kTopM = 60e-3;
   SolidMaterial material;
@@ -96,7 +96,7 @@ TissueSolution solve_te01(TissueElement, int) {
   return {4, -1e3 * problem.displacement(3).z()};
 }
 
-/// The force on its top is V P_33 times its shape function's gradient, 1 / m: P_33 = -6 F.
+/// The force on its top is V P_33 times the gradient of its shape function, 1 / m: P_33 = -6 F.
 double te01_reference_mm() {
   double low = 0.3, high = 1;
   for (int k = 0; k < 60; ++k) {

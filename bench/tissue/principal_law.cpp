@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-/// Parameters of the neo-Hookean law, of small strains as Lame's.
+/// Parameters of the neo-Hookean law that match Lame's at small strains.
 struct Stable {
   explicit Stable(const SolidMaterial& material) {
     const Lame lame(material);
@@ -38,7 +38,7 @@ struct OgdenNumbers {
   double lambda() const { return lame.lambda + sum; }
 };
 
-/// I_1 and I_2 less their values at rest, J.
+/// I_1 and I_2 minus their values at rest, and J.
 struct StretchInvariants {
   explicit StretchInvariants(const Vec3& l)
       : j(l.prod()),

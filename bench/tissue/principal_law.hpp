@@ -1,17 +1,16 @@
-// The laws of solids written in principal stretches l_i, apart from the kernels (server/body/tetra_kernel.hpp): what closed forms
-// are made of. For an isotropic law of energy density Psi(l_1, l_2, l_3) [J/m^3] and F = U diag(l) V^T
+// The laws of solids in terms of principal stretches l_i, independent of the kernels (server/body/tetra_kernel.hpp), as the basis
+// of closed forms. For an isotropic law of energy density Psi(l_1, l_2, l_3) [J/m^3] and F = U diag(l) V^T
 //
 //     P = U diag(dPsi/dl_i) V^T     first Piola-Kirchhoff stress [Pa]
 //
 //   corotational   Psi = mu sum (l_i - 1)^2 + lambda/2 (sum l_i - 3)^2
-//   neo_hookean    Psi = mu/2 (I - 3 - ln((I + 1) / 4)) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = sum l_i^2, J = l_1 l_2
-//   l_3
-//                  mu, lambda, alpha from Lame's parameters as the kernel's header says
+//   neo_hookean    Psi = mu/2 (I - 3 - ln((I + 1) / 4)) + lambda/2 ((J - alpha)^2 - (1 - alpha)^2),  I = sum l_i^2,
+//                  J = l_1 l_2 l_3; mu, lambda, alpha from Lame's parameters as the kernel's header says
 //   mooney_rivlin, veronda_westmann
 //                  Psi = mu_1/(2 b) (exp(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,  I_1 = I - 3 - 2 (J - 1),
-//                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), as far as b I_1 < 4 (common/port/solid_law.hpp)
-//   ogden          Psi = sum_p 2 mu_L s_p / alpha_p^2 (sum l_i^alpha_p - 3) - mu_s (J - 1) + lambda/2 (J - 1)^2, as far as
-//                  common/port/ogden.hpp follows its powers
+//                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), for b I_1 < 4 (common/port/solid_law.hpp)
+//   ogden          Psi = sum_p 2 mu_L s_p / alpha_p^2 (sum l_i^alpha_p - 3) - mu_s (J - 1) + lambda/2 (J - 1)^2, in the range in
+//                  which common/port/ogden.hpp follows its powers
 #pragma once
 
 #include <string>
@@ -21,7 +20,7 @@
 
 namespace palpate {
 
-/// Lame's parameters of small strains [Pa].
+/// Lame's parameters at small strains [Pa].
 struct Lame {
   explicit Lame(const SolidMaterial& material);
   double mu, lambda;
@@ -32,11 +31,11 @@ double energy_density(const SolidMaterial& material, const Vec3& stretches);
 Vec3 principal_stress(const SolidMaterial& material, const Vec3& stretches);
 /// P at any F of positive determinant.
 Mat3 stress_at(const SolidMaterial& material, const Mat3& f);
-/// dPsi/dI_1 [Pa] of a law that is a function of I_1 alone where nothing changes its volume; throws std::logic_error for others.
+/// dPsi/dI_1 [Pa] of a law that depends on I_1 alone at constant volume; throws std::logic_error for other laws.
 double energy_by_first_invariant(const SolidMaterial& material, double first_invariant);
 
-/// Every law that a scene may name, with 10 kPa and the Poisson's ratio given, by its name; `shape` is 0.3 of mooney_rivlin and
-/// ogden, 2 of veronda_westmann.
+/// Every law that a scene may name, by its name, with 10 kPa and the given Poisson's ratio; `shape` is 0.3 for mooney_rivlin and
+/// ogden, 2 for veronda_westmann.
 struct NamedLaw {
   std::string name;
   SolidMaterial material;

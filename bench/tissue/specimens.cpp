@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 using std::numbers::pi;
-constexpr double kMerge = 1e-7;  // of a specimen's size
+constexpr double kMerge = 1e-7;  // share of a specimen's size
 
 Vec3 between(const Vec3& a, const Vec3& b, double share) { return a + share * (b - a); }
 
@@ -18,10 +18,10 @@ Vec3 on_circle(double radius, double degrees) {
   return radius * Vec3(std::cos(degrees * pi / 180), std::sin(degrees * pi / 180), 0);
 }
 
-/// Of the square core of a disc of radius 1: half of the way out along the axes, its corner on the diagonal.
+/// Square core of a disc of radius 1: half of the way out along the axes, and its corner on the diagonal.
 constexpr double kCoreAxis = 0.55, kCoreCorner = 0.45;
 
-/// The side of the core that faces the sector which begins at `degrees` and is 45 wide.
+/// Side of the core that faces the sector from `degrees` to `degrees` + 45.
 Vec3 core_side(double degrees, double share) {
   const bool first = std::fmod(degrees, 90) < 1;
   const Vec3 axis = on_circle(kCoreAxis, first ? degrees : degrees + 45);
@@ -29,8 +29,8 @@ Vec3 core_side(double degrees, double share) {
   return first ? between(axis, corner, share) : between(corner, axis, share);
 }
 
-/// A quarter of a disc of radius 1 that begins at `degrees`: its core and the two sectors around it, `depth` cells and `z_at` its
-/// third direction.
+/// Adds a quarter of a disc of radius 1 that begins at `degrees`: its core and the two sectors around it; `depth` cells and
+/// `z_at` describe the third direction.
 void add_quarter_disc(BlockMesh& mesh, int n, double radius, double degrees, int depth,
                       const std::function<double(double)>& z_at) {
   const int core = std::max(n / 2, 1), ring = n - core;
@@ -44,7 +44,7 @@ void add_quarter_disc(BlockMesh& mesh, int n, double radius, double degrees, int
              [&](const Vec3& q) { return at(between(core_side(from, q.y()), on_circle(1, from + 45 * q.y()), q.x()), q.z()); });
 }
 
-/// Cells that begin as large as near / n and grow in proportion to near plus the distance: how many, and where.
+/// Number of cells that begin with the size near / n and grow in proportion to near plus the distance.
 int growing_cells(int n, double near, double far) {
   return std::max(1, static_cast<int>(std::lround(n * std::log1p(far / near))));
 }

@@ -1,13 +1,13 @@
-// Time: what a solid does whose stress fades (server/body/relaxation.hpp), in steps of the server's integrator. Two branches,
-// 0.3 in 0.2 s and 0.25 in 2 s.
+// Time dependence of a solid with relaxation (server/body/relaxation.hpp), in steps of the server's integrator. Two branches, 0.3
+// in 0.2 s and 0.25 in 2 s.
 //
-//   step relaxation   a column pulled out by 0.1 % within a step and held: its force after 1 s [N]
-//   creep             a column that its weight is hung on at once: how far its end is down after 1.5 s [mm], of small strains.
+//   step relaxation   a column stretched by 0.1 % within a step and held: its force after 1 s [N]
+//   creep             a column suddenly loaded by its weight: displacement of its end after 1.5 s [mm], at small strains.
 //                     J(t) = 1/E - sum a_i exp(-t / l_i) for E(t) of two branches, from the roots of its Laplace transform
-//   hysteresis        the end of a column goes to and fro, 0.1 % and 0.5 Hz: the parts of the force on it in
-//                     phase and ahead [N], from the complex modulus
-// Dampers of 2 ms let the column come to rest; the complex modulus has them. A column of nu = 0 and one cell, so that only time
-// is wrong; `cells` are steps of the integrator in 50 ms.
+//   hysteresis        the end of a column oscillates by 0.1 % at 0.5 Hz: the parts of the force on it in phase and ahead [N],
+//                     from the complex modulus
+// Dampers of 2 ms let the column come to rest; the complex modulus includes them. The column has nu = 0 and one cell, so that
+// only the time integration is in error; `cells` are steps of the integrator in 50 ms.
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -64,7 +64,7 @@ double creep_after(double t) {
   return j;
 }
 
-/// A bar along z of one cell across, held at z = 0; every node of its end is one that a tool may hold.
+/// A bar along z of one cell across, held at z = 0; a tool may hold any node of its end.
 struct Column {
   LumpedBody body;
   std::vector<std::uint32_t> end;
@@ -79,7 +79,7 @@ struct Column {
   }
 };
 
-/// Force along z on tools that hold the end, at the end of each step of a motion out by w(t).
+/// Force along z on tools that hold the end, at the end of each step of a motion by w(t).
 template <class Way, class Heard>
 TissueSolution pull(TissueElement element, int steps, double until_s, const Way& way_m, const Heard& heard) {
   const Column column(element);

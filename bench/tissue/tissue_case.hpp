@@ -1,8 +1,7 @@
-// Boundary value problems whose answer somebody else has: a closed form, an integral equation, another solver, a measurement.
-// What palpate-lab tissue computes on the project's own bodies, and what tests repeat on the smallest meshes.
+// Boundary value problems with an independent solution: a closed form, an integral equation, another solver, a measurement.
+// palpate-lab tissue computes them on the project's own bodies, and tests repeat them on the smallest meshes.
 //
-// Everything about a case is in its list: a law or an element that is added to laws_at() or kTissueElementNames comes with its
-// rows.
+// Everything about a case is in its list: a law or an element added to laws_at() or kTissueElementNames brings its rows.
 #pragma once
 
 #include <functional>
@@ -16,7 +15,7 @@ namespace palpate {
 enum class TissueElement { hexahedron, tetrahedron, spring };
 inline constexpr const char* kTissueElementNames[] = {"hexahedron", "tetrahedron", "spring"};
 inline constexpr TissueElement kFiniteElements[] = {TissueElement::hexahedron, TissueElement::tetrahedron};
-/// Of what is no spring.
+/// Element type of the finite elements; not for springs.
 SolidElement solid_element(TissueElement element);
 
 struct TissueSolution {
@@ -29,28 +28,28 @@ struct TissueCase {
   std::string name;    ///< "bar, nu = 0.45"
   std::string unit;
   double reference = 0;
-  std::string by;                       ///< who answered
-  std::vector<TissueElement> elements;  ///< that have such a material
-  std::vector<int> cells;               ///< over what decides the error: meshes, the finest last
-  /// Throws std::runtime_error where no equilibrium is found.
+  std::string by;                       ///< source of the reference
+  std::vector<TissueElement> elements;  ///< elements that support the material
+  std::vector<int> cells;               ///< over the length that determines the error: meshes, the finest last
+  /// Solves the case. Throws std::runtime_error if no equilibrium is found.
   std::function<TissueSolution(TissueElement, int cells)> solve;
-  /// Where a scene describes the body; empty for others.
+  /// Scene of the body, if one describes it; else empty.
   std::function<Scene(TissueElement, int cells)> scene = {};
 };
 
-/// p of |error| ~ size^p by least squares over meshes; NaN for less than two or errors that are rounding.
+/// Order p of |error| ~ size^p by least squares over meshes; NaN for fewer than two meshes or for errors at rounding level.
 double order_of(const std::vector<int>& cells, const std::vector<double>& errors);
 
-std::vector<TissueCase> homogeneous_cases();  ///< uniaxial, equibiaxial, simple shear, of every law
+std::vector<TissueCase> homogeneous_cases();  ///< uniaxial, equibiaxial, simple shear, for every law
 std::vector<TissueCase> curved_cases();       ///< torsion, thick sphere
 std::vector<TissueCase> layer_cases();        ///< Hertz; Hayes et al.
 std::vector<TissueCase> membrane_cases();     ///< Cook
 std::vector<TissueCase> calculix_cases();     ///< bars, glued punches
 std::vector<TissueCase> time_cases();         ///< relaxation, creep, hysteresis
-std::vector<TissueCase> febio_cases();        ///< of its verification suite
-/// Of that name; throws std::logic_error for none.
+std::vector<TissueCase> febio_cases();        ///< from its verification suite
+/// Returns the case of that name; throws std::logic_error if there is none.
 const TissueCase& tissue_case(const std::string& name);
-/// All of them.
+/// All cases.
 const std::vector<TissueCase>& tissue_cases();
 
 }  // namespace palpate

@@ -64,7 +64,7 @@ void Adversary::send(const Seen& like, const Packet& packet) {
   like.to_server ? to_server(like.client, packet) : to_station(like.station, packet);
 }
 
-/// One that its receiver has had, or nothing.
+/// Returns a datagram that its receiver has had, or nullptr.
 const Adversary::Seen* Adversary::old_one() {
   const auto young = std::partition_point(seen_.begin(), seen_.end(),
                                           [this](const Seen& seen) { return seen.at + kReplayAfter < world_->now(); });
@@ -74,7 +74,7 @@ const Adversary::Seen* Adversary::old_one() {
 
 const Adversary::Seen* Adversary::any() { return seen_.empty() ? nullptr : &seen_[random_.bits() % seen_.size()]; }
 
-/// One that died thinks nothing any more.
+/// A crashed station is not joined.
 bool Adversary::is_in(std::size_t station) const {
   return world_->station(station).up() && world_->station(station).core().link() == LinkState::joined;
 }
@@ -110,7 +110,7 @@ void Adversary::act_at_random() {
   if (what == 4) send(*seen, forged(seen->bytes));
 }
 
-/// A Cookie has no mac, and the one in an Init is what mac1 leaves out.
+/// A Cookie has no mac, and the mac of an Init is not covered by mac1.
 void Adversary::act_before() {
   const std::uint64_t what = random_.bits() % 4;
   if (what == 3) return flood();
@@ -126,8 +126,8 @@ void Adversary::act_before() {
   send(*seen, packet);
 }
 
-/// One time in three the handshake that was sent last, before it is there. Data that come sooner are a faster network, of which
-/// the checks know nothing.
+/// With probability 1/3 replays the handshake sent last, before it arrives. Data that arrive sooner are like a faster network,
+/// for which the checks make no allowance.
 void Adversary::act_ruthlessly(bool in) {
   if (!in && random_.bits() % 2 == 0) return speak_for_gone();
   const auto last = std::find_if(seen_.rbegin(), seen_.rend(),
@@ -137,7 +137,7 @@ void Adversary::act_ruthlessly(bool in) {
   send(handshake, handshake.bytes);
 }
 
-/// What was lost is new to the server, and sounds as if the station lived.
+/// Lost datagrams are new to the server, and look as if the station were alive.
 void Adversary::speak_for_gone() {
   constexpr int kLooks = 16;
   for (int k = 0; k < kLooks; ++k) {
@@ -172,7 +172,7 @@ Adversary::Packet Adversary::flipped(Packet packet) {
   return packet;
 }
 
-/// The head of one that is genuine, sometimes with another counter, and bytes that nobody sealed.
+/// Genuine header, sometimes with another counter, on bytes that nobody sealed.
 Adversary::Packet Adversary::forged(Packet packet) {
   for (std::size_t k = kHeadBytes; k < packet.size(); ++k)
     if (k >= kDataHeadBytes || random_.chance(0.3)) packet[k] = static_cast<std::byte>(random_.bits());

@@ -1,24 +1,25 @@
-// Somebody on the way of every datagram of a simulated world with keys: sees all, and sends what they like in anybody's name.
+// An attacker on the path of every datagram of a simulated world with keys: it sees all, and sends anything in anybody's name.
 //
-// Every kEvery one of: a datagram again that came before, cut short, with a bit flipped, sent back to its sender, with a genuine
-// head on bytes that nobody sealed; or 30 handshakes from 30 addresses, half of them made with the server's public key, which is
-// no secret. What came before comes from other addresses too. With the key of a station for another room also a session of their
-// own, and in it whatever may be said: that station leaves, joins under another's name or as the shadow of another, sends
-// samples, asks for the body's rest, with station numbers that are easily guessed; part of it seems to come from somebody else,
-// at whom the answers are aimed.
+// Every kEvery it sends one of: an earlier datagram again, unchanged, cut short, with a bit flipped, or sent back to its sender;
+// a genuine header on bytes that nobody sealed; or 30 handshakes from 30 addresses, half of them made with the server's public
+// key, which is no secret. Earlier datagrams also come from other addresses. With the key of a station for another room it also
+// opens a session of its own and sends anything in it: that station leaves, joins under another's name or as the shadow of
+// another, sends samples, asks for a reset of the body, with station numbers that are easily guessed; a part seems to come from
+// somebody else, at whom the answers are aimed.
 //
-// While a station is not in, or not any more, its handshakes are attacked too:
+// Until a station has joined, and after it left, its handshakes are attacked as well:
 //
-//     - Manner::careful: only what must not even cost time: Inits, answers and data cut short, sent back, changed where a mac or
-//       a tag sees it, and the flood. What is sent again came to its receiver before (kReplayAfter is longer than any way over a
-//       link that loses nothing), and only once all are in: a copy that overtakes its original is no attack but a faster network.
-//     - Manner::ruthless: everything, at any time, copies of handshakes on their way included, and Inits are answered by a forged
-//       Cookie or two, sooner than the server or later, until all is to be well again; and what a station that is not in any more
-//       sent before, and the link perhaps lost, is brought to the server. That may cost time, and nothing else.
+//     - Manner::careful: only attacks that must not even cost time: Inits, answers and data cut short, sent back, or changed
+//       where a mac or a tag detects it, and the flood. Replayed datagrams reached their receiver before (kReplayAfter is longer
+//       than any delay on a link without losses), and are replayed only once all have joined: a copy that overtakes its original
+//       is no attack but a faster network.
+//     - Manner::ruthless: everything, at any time, including copies of handshakes in flight. Inits are answered by a forged
+//       Cookie or two, before the server or after it, until the time by which all must be well again. Datagrams of a station that
+//       has left, perhaps lost by the link, are brought to the server. This may cost time, and nothing else.
 //
-// The stolen key is used only while all are in: the world has one room, so a place that is free is the thief's to take.
+// The stolen key is used only while all have joined: the world has one room, and the thief may take any free seat.
 //
-// All is drawn from a seed of its own.
+// Everything is drawn from a seed of its own.
 #pragma once
 
 #include <deque>
@@ -30,13 +31,13 @@
 
 namespace palpate {
 
-/// A stray is what the server sends to an address that is no station's; overdrawn: one beyond the bytes that came from there,
-/// where nobody ever answered.
+/// A stray is a datagram from the server to an address that belongs to no station. `overdrawn` counts strays beyond the bytes
+/// that came from an address from which nobody ever answered.
 struct AttackCounts {
   std::uint64_t injected = 0, stray_bytes = 0, injected_bytes = 0, overdrawn = 0;
-  std::uint64_t before = 0;   ///< of the injected, while a station was not in
-  std::uint64_t cookies = 0;  ///< of the injected, forged answers to an Init
-  std::uint64_t of_gone = 0;  ///< of the injected, what a station sent that is not in any more
+  std::uint64_t before = 0;   ///< injected while a station had not joined
+  std::uint64_t cookies = 0;  ///< injected forged answers to an Init
+  std::uint64_t of_gone = 0;  ///< injected datagrams of a station that has left
 };
 
 enum class Manner : std::uint8_t { careful, ruthless };
@@ -48,7 +49,7 @@ class Adversary {
   Adversary(std::uint64_t seed, std::optional<ClientKeys> stolen, Manner manner)
       : random_(seed), stolen_(std::move(stolen)), manner_(manner) {}
 
-  /// From now on until `end`, with forged cookies until `healed`; the adversary outlives that.
+  /// Attacks from now until `end`, with forged cookies until `healed`; the adversary must outlive that.
   void attack(World& world, Micros healed, Micros end);
   const AttackCounts& counts() const { return counts_; }
 
@@ -95,7 +96,7 @@ class Adversary {
   Micros cookies_until_{};
   World* world_ = nullptr;
   std::deque<Seen> seen_;
-  std::map<ChannelAddress, std::int64_t> left_;  ///< bytes from there less bytes to there
+  std::map<ChannelAddress, std::int64_t> left_;  ///< bytes received from an address minus bytes sent to it
   std::unique_ptr<ClientChannel> thief_;
 };
 

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint64_t kAttackerSeed = 1000;  ///< beyond the world's
+constexpr std::uint64_t kAttackerSeed = 1000;  ///< added to the world's seed
 
 ClientKeys stolen_key(const PublicKey& server) {
   SecretKey key;
@@ -23,7 +23,7 @@ Rights of_another_room() {
   return rights;
 }
 
-/// Two exchanges for keys, one for each of Hello and the first sample, and what is repeated meanwhile.
+/// Two exchanges for keys, one each for Hello and the first sample, and repetitions meanwhile.
 Micros time_to_join(const Scenario& scenario) {
   Micros round_trip{};
   for (const StationPlan& plan : scenario.stations) round_trip = std::max(round_trip, slowest(plan.up) + slowest(plan.down));
@@ -42,7 +42,7 @@ void judge_strays(const AttackCounts& counts, std::vector<Violation>& found) {
                      counts.overdrawn)});
 }
 
-/// Nothing goes wrong, with and without the attacker.
+/// Compares a world without faults with and without the attacker.
 std::vector<Violation> compare_quiet(DrawOptions draw, Attacker attacker) {
   draw.faults = draw.losses = false;
   Scenario scenario = draw_scenario(draw);

@@ -1,5 +1,5 @@
-// Scenarios in a world whose datagrams go through the trust channel, new keys all the time, with somebody on the way of all of
-// them (adversary.hpp).
+// Scenarios in a world whose datagrams pass through the trust channel, with frequent rekeying and an attacker on the path of all
+// of them (adversary.hpp).
 #pragma once
 
 #include "bench/world/adversary.hpp"
@@ -10,7 +10,7 @@ namespace palpate {
 enum class Attacker : std::uint8_t {
   none,
   stranger,  ///< has no key
-  thief      ///< has that of a station for another room
+  thief      ///< has the key of a station for another room
 };
 
 struct AttackedRun {
@@ -18,26 +18,25 @@ struct AttackedRun {
   AttackCounts counts;
 };
 
-/// New keys about once a second, as often as a client may; old ones open for as long as anything is under way.
+/// New keys about once a second, the shortest interval for a client; old ones remain valid for as long as anything is in flight.
 ChannelTimes quick_keys();
 
-/// One run, its handshakes over the links. The attacker of a seed is always the same.
+/// One run, with its handshakes over the links. A seed always gives the same attacker.
 AttackedRun run_with_keys(const Scenario& scenario, Attacker attacker, Manner manner, RunOptions options = {});
 
-/// What this seed draws, attacked by a stranger or, if it is even, by a thief:
+/// Runs the scenario of this seed, attacked by a stranger or, if the seed is even, by a thief:
 ///
-///     - while everything goes wrong that is drawn, under all checks, first handshakes and those after silence attacked too, by a
+///     - with all faults that are drawn, under all checks, attacking first handshakes and those after silence as well, by a
 ///       stranger ruthlessly;
-///     - where nothing goes wrong and no link loses anything, carefully from the first handshake on, until all could be in and
-///       kReplayAfter beyond `healed`, it feels to the bit what the same seed feels without the attacker: otherwise there is a
-///       violation named `attack` that says the first tick that differs, and also where the server sent more to addresses of no
-///       station than it got, or where the attack never began. What the body is asked for in both is computed once
-///       (frame_log.hpp).
+///     - without faults and losses, attacked carefully from the first handshake on, until all could have joined and kReplayAfter
+///       beyond `healed`: the felt forces must equal, to the bit, those of the same seed without the attacker. Otherwise there is
+///       a violation named `attack` with the first tick that differs; so there is if the server sent more to addresses of no
+///       station than it got, or if the attack never began. Frames that are the same in both are computed once (frame_log.hpp).
 ///
-/// The report is of the first.
+/// The report is that of the first run.
 WorldReport run_attacked(DrawOptions draw, bool keep_rows = false);
 
-/// The first tick of `b` that is not as in `a`; nothing where both are the same to the bit, with every datagram of the sessions.
+/// First tick of `b` that differs from `a`; empty if both are the same to the bit, with every datagram of the sessions.
 std::optional<std::size_t> first_difference(const WorldReport& a, const WorldReport& b);
 
 }  // namespace palpate

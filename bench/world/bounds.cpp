@@ -1,4 +1,4 @@
-// From what was drawn to what may be expected.
+// Derives bounds on the stations from a scenario.
 #include <algorithm>
 #include <limits>
 
@@ -8,17 +8,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kDriftSlack = 1e-3;  // no clock is that far off
-constexpr int kTrueOrder = 12;        // with fewer states a light hand on a soft block may go on knocking
+constexpr double kDriftSlack = 1e-3;  // larger than any drift
+constexpr int kTrueOrder = 12;        // with fewer states a light hand on a soft block may keep bouncing
 
-/// From one patch to the next: frames that fall due while one is computed are skipped.
+/// Interval between two patches: frames that fall due while one is computed are skipped.
 Micros frame_spacing(const Scenario& s) {
   const Micros frame = from_seconds(1 / s.rate_hz);
   return (1 + s.compute / frame) * frame;
 }
 
-/// A patch knows the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may then
-/// wait for the next one when no newer sample came.
+/// A patch contains the samples of the slowest punctual station, is computed after a frame at most one spacing later, and may
+/// then wait for the next one if no newer sample came.
 Micros sent_age_max(const Scenario& s) {
   Micros slowest_up{};
   for (std::size_t k = 0; k < s.stations.size(); ++k)
@@ -39,7 +39,7 @@ std::vector<std::pair<Micros, Micros>> disturbances(const Scenario& s, std::size
     if (f.station < 0 || f.station == static_cast<int>(station) || f.station == plan.owner || shares_clock(f))
       times.emplace_back(f.begin, f.end + recovery);
   }
-  times.emplace_back(s.healed, s.healed + recovery);  // what a fault left behind may end here
+  times.emplace_back(s.healed, s.healed + recovery);  // effects of a fault may end here
   return times;
 }
 

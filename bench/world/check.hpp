@@ -1,5 +1,5 @@
-// What a checker of the simulated world sees, and what it says. It judges from outside: what the hand felt, what crossed the
-// wire, what the counters say; never what a core thinks of itself.
+// Interface of the checks of a simulated world. A check judges from outside: felt forces, datagrams on the wire, counters; never
+// the internal state of a core.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace palpate {
 
 struct Violation {
   Micros at{};        ///< world time
-  std::string check;  ///< which one
-  std::string what;   ///< who, what was seen, what was expected
+  std::string check;  ///< name of the check
+  std::string what;   ///< station, observation, expectation
 };
 
 /// One haptic tick of one station.
@@ -25,32 +25,32 @@ struct SeenTick {
   TickOutput out;
 };
 
-/// What a station that just joined is given: for its clock, and for the way of a grasped node to the tool.
+/// Time that a station gets after joining: for its clock, and for a grasped node to reach the tool.
 inline constexpr Micros kSettleAfterJoin{1'000'000};
 
-/// What a station may do and when it is disturbed; the run works it out from the scenario.
+/// Bounds on a station and the times of its disturbances; the run derives them from the scenario.
 struct StationBounds {
   std::string name;
-  bool feels = true;         ///< ticks at all (not a viewer)
+  bool feels = true;         ///< has ticks at all (is no viewer)
   bool pushes = true;        ///< its tool is its own
   bool port = true;          ///< it feels the scheme `port`
-  bool true_at_rest = true;  ///< with as many states as truth at rest takes
-  bool lets_go = false;      ///< nobody holds the device in the end: it comes to rest where the body calms it
-  bool unmoved = true;       ///< by another hand: alone on the body, or no hand there gives way to what it feels
-  std::size_t owner = 0;     ///< whose tool it feels with: itself, but for a shadow
-  GuardLimits limits;        ///< of the device, whatever the station was told
-  Micros future_max = PatchIntake::kFutureMax;  ///< that a patch in use may be ahead of the station's clock
-  Micros sent_age_max{};                        ///< age of a patch when it leaves the server, at most
-  Micros down_max{};                            ///< slowest way of a datagram towards the station
-  Micros frames{};                              ///< from one patch to the next, at most
-  Micros healed{}, recovered{}, at_rest{};  ///< nothing is lost any more; it must feel the body again; hand and force stand still
-  std::vector<std::pair<Micros, Micros>> disturbed;  ///< from a fault's begin until it must have recovered
+  bool true_at_rest = true;  ///< its patches have as many states as accuracy at rest requires
+  bool lets_go = false;      ///< nobody holds the device at the end: it comes to rest where the body calms it
+  bool unmoved = true;       ///< no other hand moves it: it is alone on the body, or the others there do not react to forces
+  std::size_t owner = 0;     ///< station whose tool it uses: itself, except for a shadow
+  GuardLimits limits;        ///< limits of the device, whatever the station was configured with
+  Micros future_max = PatchIntake::kFutureMax;       ///< largest lead of a patch in use over the station's clock
+  Micros sent_age_max{};                             ///< largest age of a patch when it leaves the server
+  Micros down_max{};                                 ///< largest delay of a datagram towards the station
+  Micros frames{};                                   ///< longest interval between two patches
+  Micros healed{}, recovered{}, at_rest{};           ///< end of losses; it must feel the body again; hand and force stand still
+  std::vector<std::pair<Micros, Micros>> disturbed;  ///< from the begin of a fault until the station must have recovered
 
-  // The run keeps these up to date.
-  Micros joined = Micros::max();  ///< when it joined last
-  bool outside = false;  ///< its tool was beyond where a datagram may say that it is: let go of, it may glide on for ever
+  // Updated by the run:
+  Micros joined = Micros::max();  ///< time of its last join
+  bool outside = false;  ///< true after its tool left the range that a datagram can represent: released, it may drift on for ever
 
-  /// Joined, in the world and undisturbed for long enough: what is promised to a station in order holds.
+  /// Returns true if the station has been joined, in range and undisturbed for long enough that all promises must hold.
   bool calm(Micros t) const {
     if (outside) return false;
     if (joined == Micros::max() || t < joined + kSettleAfterJoin + sent_age_max + down_max) return false;
@@ -65,19 +65,19 @@ class Check {
   explicit Check(std::string name) : name_(std::move(name)) {}
   virtual ~Check() = default;
   virtual void tick(const SeenTick&) {}
-  /// `message` is what the datagram says, decoded: as delivered, and as sent by the server; none where it cannot be read.
+  /// `message` is the decoded content, of a datagram delivered or sent by the server; nullptr if it cannot be read.
   virtual void datagram(Micros, const DatagramEvent&, const Message*) {}
-  /// The server begins a frame, with what it knows now.
+  /// The server begins a frame with what it has received so far.
   virtual void frame(Micros) {}
-  /// A new process of the station.
+  /// A new process of the station has started.
   virtual void new_life(Micros, std::size_t) {}
   virtual void new_server(Micros) {}
   virtual void end(Micros) {}
 
   const std::string& name() const { return name_; }
-  /// How often there was something to judge: a check that never judges proves nothing.
+  /// Number of judgements; a check that never judges proves nothing.
   std::uint64_t judged() const { return judged_; }
-  /// The first violation, if there was one.
+  /// First violation, if any.
   const std::vector<Violation>& violations() const { return violations_; }
 
  protected:

@@ -1,4 +1,4 @@
-// A scenario on a page.
+// Describes a scenario on a page.
 #include <fmt/format.h>
 
 #include <iterator>

@@ -1,4 +1,4 @@
-// The generators behind draw_scenario(), one a part.
+// Generators behind draw_scenario(), one per part.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace palpate {
 
 enum class Part : std::uint64_t { body, server, stations, hand, link, clock, faults, sleep };
 
-/// The generator of one part; `index` tells stations apart.
+/// Generator of one part; `index` distinguishes stations.
 inline Random part_of(std::uint64_t seed, Part part, std::uint64_t index = 0) {
   std::uint64_t state = seed;
   for (const std::uint64_t salt : {static_cast<std::uint64_t>(part), index}) state = splitmix64(state) ^ (salt + 1);
@@ -25,11 +25,11 @@ T pick(Random& random, std::initializer_list<T> of) {
   return of.begin()[random.bits() % of.size()];
 }
 
-/// A scene file.
+/// Draws a scene file.
 std::string draw_scene(std::uint64_t seed, bool small = false);
-/// Who is there: the first always pushes. Needs scene and times of `s`.
+/// Draws the stations; the first always pushes. Requires scene and times of `s`.
 std::vector<StationPlan> draw_stations(const Scenario& s);
-/// The path of the hand of station `index`; `count` stations push.
+/// Draws the path of the hand of station `index`; `count` stations push.
 std::vector<MotionPoint> draw_path(const Scenario& s, std::size_t index, std::size_t count);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Where hands go.
+// Draws the paths of hands.
 #include <algorithm>
 
 #include "bench/world/draw.hpp"
@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-/// Where the hand of station `index` works, and how far it may go from there.
+/// Place where the hand of station `index` works, and its range.
 struct Playground {
   Vec3 home = Vec3::Zero(), reach = Vec3::Zero();  ///< reach: sideways, sideways, into the body
-  double above_m = 0;                              ///< between touches, 0 for a grasp
+  double above_m = 0;                              ///< height between touches, 0 for a grasp
 };
 
 Playground playground(const Scenario& s, Random& random, std::size_t index, std::size_t count) {
@@ -41,7 +41,7 @@ class PathDraw {
  public:
   PathDraw(const Vec3& start) : at_(start) { points_.push_back({0, start}); }
 
-  /// A reach along a minimum-jerk curve.
+  /// Adds a reach along a minimum-jerk curve.
   void reach(const Vec3& to, double duration_s) {
     constexpr double kSampleS = 0.004;
     const int n = std::max(2, static_cast<int>(duration_s / kSampleS));

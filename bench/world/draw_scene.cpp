@@ -52,7 +52,8 @@ std::string draw_scene(std::uint64_t seed, bool small) {
   Random random = part_of(seed, Part::body);
   const bool attach = random.chance(0.35), planar = attach && random.chance(0.25);
   const Lattice lattice = draw_lattice(random, planar, small);
-  // As stiff as a Phantom can still render at the port (about 6 k for a node of the surface), and not so soft that it falls.
+  // As stiff as a Phantom can still render at the port (about 6 k for a node of the surface), and not so soft that the body
+  // collapses.
   const double k = random.uniform(15, 90), ratio = random.uniform(0.1, 0.6);
   const double b = 2 * ratio * std::sqrt(k * lattice.node_mass_kg());
   std::string more;

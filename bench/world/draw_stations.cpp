@@ -43,7 +43,7 @@ void draw_clock(const Scenario& s, std::size_t index, StationPlan& plan) {
   plan.drift_ppm = s.drawn_with.drift ? drift : 0;
 }
 
-/// From few states on the patch of a touch does not hold a hand still (bench/simulated-worlds.md).
+/// With too few states the patch of a touch does not hold a hand still (docs/concepts/simulated-worlds.md).
 int draw_order(const Scenario& s, Random& random) {
   constexpr int kModesLeast = 5;
   const int most = max_port_modes(s.scene.tool.contact, Scheme::port);
@@ -52,7 +52,7 @@ int draw_order(const Scenario& s, Random& random) {
   return usual ? 0 : 2 * (kModesLeast + static_cast<int>(more));
 }
 
-/// With the schemes that Palpate replaced a simulated hand may well be unstable, so only a recorded motion feels them.
+/// A simulated hand may well be unstable with the schemes that Palpate replaced, so only a recorded motion feels them.
 Scheme draw_scheme(Random& random, bool any) {
   const bool another = random.chance(0.4);
   const Scheme scheme = pick(random, {Scheme::hold, Scheme::filtered, Scheme::tangent, Scheme::ring, Scheme::port});
@@ -90,7 +90,7 @@ void make_shadow(const Scenario& s, StationPlan& plan, int owner, const StationP
   plan.drift_ppm = of.drift_ppm;
   plan.client.hello.shadow_of = of.client.hello.station;
   plan.client.hello.scheme = draw_scheme(random, true);
-  plan.client.hello.station = of.client.hello.station + "-shadow";  // a name that its key may have
+  plan.client.hello.station = of.client.hello.station + "-shadow";  // a name that its key may use
 }
 
 }  // namespace

@@ -8,8 +8,8 @@ namespace palpate {
 namespace {
 
 constexpr double kRounding = 1e-9;   // relative
-constexpr Micros kSkipped{1'500};    // two ticks further apart than this: one was skipped
-constexpr double kNothingN = 1e-12;  // zero, but for the rounding of a clamp
+constexpr Micros kSkipped{1'500};    // two ticks further apart have skipped one
+constexpr double kNothingN = 1e-12;  // zero, up to the rounding of a clamp
 
 }  // namespace
 
@@ -37,7 +37,7 @@ void FadeCheck::datagram(Micros, const DatagramEvent& event, const Message* mess
   const bool came = event.kind == DatagramEvent::Kind::delivered || event.kind == DatagramEvent::Kind::brought;
   if (!came || event.to_server || !message) return;
   Station& s = seen_[event.station];
-  // One that somebody on the way brings late says nothing of now.
+  // A datagram brought late by an attacker says nothing about the present.
   const auto is_newest = [&](Micros said) {
     if (said < s.newest_said) return false;
     s.newest_said = said;
@@ -83,7 +83,7 @@ void FadeCheck::tick(const SeenTick& seen) {
   check_return(seen, s, was_faded);
 }
 
-/// A tool that a fresh patch finds free meets the body when it gets there, and feels that at once.
+/// A tool that is free in a fresh patch meets the body later, and feels that at once.
 void FadeCheck::check_return(const SeenTick& seen, Station& s, bool was_faded) {
   const double force_n = seen.out.force.norm();
   if (s.expired_ticks > Micros{}) {

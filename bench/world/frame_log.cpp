@@ -8,7 +8,7 @@ namespace {
 void add(Hash& hash, Micros t) { hash.add(static_cast<std::uint64_t>(t.count())); }
 
 void add(Hash& hash, const StationJob& job) {
-  // By name, so that a member that is new does not compile until it is here.
+  // Structured binding, so that a new member does not compile until it is added here.
   const auto& [id, scheme, order, shadow_of, horizon, samples, silence, deadband, playing, wants_patch] = job;
   hash.add(id);
   hash.add(static_cast<std::uint64_t>(scheme));

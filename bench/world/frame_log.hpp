@@ -1,6 +1,6 @@
-// The frames of a world, for its twin in which somebody attacks: while the twin asks its body for the same, to the bit and in the
-// same order, the same would come out, and is taken from here. From the first frame that is another one on the twin's body steps
-// itself, from where it would be.
+// Log of a world's frames, for its twin under attack. While the twin's body receives exactly the same jobs in the same order, it
+// would compute the same results, so these are copied from the log. From the first different frame on, the twin's body steps
+// itself, from the state it would have.
 #pragma once
 
 #include <functional>
@@ -14,16 +14,16 @@ using FrameRunner = std::function<FrameResult(Room&, const FrameJob&)>;
 
 class FrameLog {
  public:
-  /// Of the world whose frames are kept. Runners refer to the log.
+  /// Returns a runner for the world whose frames are logged. Runners refer to the log.
   FrameRunner recorder();
-  /// Of a twin from its beginning on, whose body is the same.
+  /// Returns a runner for a twin with the same body, from its beginning on.
   FrameRunner player();
   std::size_t frames() const { return frames_.size(); }
-  std::size_t taken() const { return taken_; }  ///< by the last player
+  std::size_t taken() const { return taken_; }  ///< frames copied by the last player
 
  private:
   struct Frame {
-    std::uint64_t hash = 0;  ///< of the job
+    std::uint64_t hash = 0;  ///< hash of the job
     FrameJob job;
     FrameResult result;
   };
@@ -32,7 +32,7 @@ class FrameLog {
   bool apart_ = false;
 };
 
-/// Of all that a room is asked for.
+/// Hash of everything in a job.
 std::uint64_t hash_of(const FrameJob& job);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// One number for everything that a run did: equal runs, equal numbers.
+// A hash of everything that a run did: equal runs have equal hashes.
 #pragma once
 
 #include <bit>

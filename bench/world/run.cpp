@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-/// A world with its checks around it.
+/// A world with its checks.
 class Run {
  public:
   Run(const Scenario& scenario, const RunOptions& options);
@@ -108,7 +108,7 @@ void Run::add_checks() {
   recovery_ = add(std::make_unique<RecoveryCheck>(bounds_, world_));
 }
 
-/// A station and those that live in its process.
+/// Applies `act` to a station and its shadows, which run in its process.
 template <class Do>
 void Run::with_shadows(std::size_t station, const Do& act) {
   act(station);

@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// One row of what was felt, for files and plots.
+/// One row of felt forces, for files and plots.
 struct FeltRow {
   Micros now{};
   std::size_t station = 0;
@@ -23,34 +23,34 @@ struct FeltRow {
 };
 
 struct WorldReport {
-  std::uint64_t hash = 0;             ///< of every force felt and every datagram sent, with their moments
-  std::vector<std::uint64_t> trail;   ///< the hash after every tick
-  std::vector<Violation> violations;  ///< the first of each check, in the order of time
+  std::uint64_t hash = 0;             ///< hash of every felt force and every sent datagram, with their times
+  std::vector<std::uint64_t> trail;   ///< hash after every tick
+  std::vector<Violation> violations;  ///< the first of each check, ordered by time
   std::uint64_t ticks = 0, datagrams = 0, frames = 0, frames_failed = 0, patches_used = 0, joins = 0;
-  Micros oldest_calm{};                                       ///< patch in use at a calm station in reach of the body
-  double energy_lowest_j = 0;                                 ///< PassivityCheck
-  double apart_worst_n = 0;                                   ///< RecoveryCheck: felt and true force at rest
-  std::vector<std::pair<std::string, std::uint64_t>> judged;  ///< how often each check had something to judge
-  std::vector<FeltRow> rows;                                  ///< when asked for
+  Micros oldest_calm{};        ///< largest age of a patch in use at a calm station in reach of the body
+  double energy_lowest_j = 0;  ///< PassivityCheck
+  double apart_worst_n = 0;    ///< RecoveryCheck: largest difference of felt and true force at rest
+  std::vector<std::pair<std::string, std::uint64_t>> judged;  ///< number of judgements of each check
+  std::vector<FeltRow> rows;                                  ///< if requested
 };
 
 struct RunOptions {
   bool keep_rows = false;
   std::optional<WorldKeys> keys = {};
-  bool once = false;  ///< of WorldOptions
-  bool check = true;  ///< else nothing is judged: hash, trail and counts alone
+  bool once = false;  ///< see WorldOptions
+  bool check = true;  ///< false: nothing is judged; only hash, trail and counts
   FrameRunner run_frame = [](Room& room, const FrameJob& job) { return room.run(job); };
-  /// Something to break, for tests of the checks: called when the world is ready to run.
+  /// Called when the world is ready to run; tests of the checks break something here.
   std::function<void(World&)> prepare;
 };
 
 WorldReport run_scenario(const Scenario& scenario, const RunOptions& options = {});
 
-/// The same twice: the second run has to give the same bits, otherwise there is a violation named `repeat` at the first tick that
-/// differs.
+/// Runs the scenario twice: the second run has to give the same bits, otherwise there is a violation named `repeat` at the first
+/// tick that differs.
 WorldReport run_twice(const Scenario& scenario, const RunOptions& options = {});
 
-/// What each station may do in this scenario.
+/// Bounds on each station in this scenario.
 std::vector<StationBounds> bounds_of(const Scenario& scenario);
 
 }  // namespace palpate

@@ -68,7 +68,7 @@ bool RecoveryCheck::rests(const std::deque<Felt>& felt) {
   return (high - low).norm() <= kRestM;
 }
 
-/// What was felt at `stamp`, where the hand stood still long enough; end() elsewhere.
+/// Force felt at `stamp`, if the hand stood still long enough; otherwise end().
 std::deque<RecoveryCheck::Felt>::const_iterator RecoveryCheck::felt_at_rest(const Station& s, const StationBounds& bounds,
                                                                             Micros stamp) {
   auto felt = std::lower_bound(s.felt.begin(), s.felt.end(), stamp, [](const Felt& f, Micros t) { return f.own < t; });
@@ -95,7 +95,7 @@ void RecoveryCheck::datagram(Micros, const DatagramEvent& event, const Message* 
   if (bounds.lets_go && !rests(s.felt)) return;
   ++s.compared;
   judge();
-  // What the device cannot show is not missed.
+  // Forces beyond the device's limit are clamped before the comparison.
   const double peak = bounds.limits.force_max_n;
   const Vec3 truth = patch.force.norm() > peak ? Vec3(peak / patch.force.norm() * patch.force) : patch.force;
   double apart = (felt->force - truth).norm();

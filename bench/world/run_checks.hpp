@@ -1,12 +1,12 @@
 // Checks of the whole run.
 //
-//   counters    what only ever counts up does so, in every station's process and in the server's
-//   recovery    `recovered` after everything was healed, a station is joined and has a patch (or is told that no contact is in
-//              reach); from the moment when its hand stands still, the force is true again: for kShare of the patches, the force
-//              that was felt within kNearTicks of the stamp, in a tick or in their mean, is the force that the full model has
-//              there, to kForceN + kForceShare, and what the dampers at the port make of one step of a reading. Not for all,
-//              because friction remembers by which way a trembling hand came. A device that nobody holds is at rest while it
-//              stays within kRestM for kRestTicks.
+//   counters    every counter that only counts up does so, in every station's process and in the server's
+//   recovery    `recovered` after everything was healed, a station is joined and has a patch (or a beat says that no contact is
+//               in reach). From the moment at which its hand stands still, the force is true again: for kShare of the patches,
+//               the force felt within kNearTicks of the stamp, in a tick or on average, equals the force of the full model there,
+//               to kForceN + kForceShare and the force of the port's dampers for one step of a reading. Not for all patches, as
+//               friction depends on the path by which a trembling hand came. A device that nobody holds is at rest while it stays
+//               within kRestM for kRestTicks
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ class CountersCheck final : public Check {
   void tick(const SeenTick& seen) override;
   void new_life(Micros, std::size_t station) override { last_[station].clear(); }
   void new_server(Micros) override { server_.clear(); }
-  /// `name` had counted `before` and now counts `now`.
+  /// Compares a counter with its earlier values.
   void compare(Micros at, const std::string& name, std::vector<std::uint64_t>& before, std::vector<std::uint64_t> now);
 
  private:
@@ -39,7 +39,7 @@ class CountersCheck final : public Check {
 class RecoveryCheck final : public Check {
  public:
   static constexpr double kForceN = 0.05, kForceShare = 0.05;
-  static constexpr double kFlickerMS = 0.006;  ///< velocity that one step of a reading, 0.03 mm, is within a stage of the body
+  static constexpr double kFlickerMS = 0.006;  ///< velocity from a reading step of 0.03 mm within a stage of the body
   static constexpr double kShare = 0.5;
   static constexpr int kNearTicks = 5;
   static constexpr double kRestM = 0.002;
@@ -50,7 +50,7 @@ class RecoveryCheck final : public Check {
   void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
   void new_life(Micros, std::size_t station) override { seen_[station] = {}; }
   void end(Micros now) override;
-  double worst_n() const { return worst_n_; }  ///< force felt and true, apart at the most
+  double worst_n() const { return worst_n_; }  ///< largest difference of felt and true force
 
  private:
   struct Felt {
@@ -62,7 +62,7 @@ class RecoveryCheck final : public Check {
     std::deque<Felt> felt;
     bool asked = false, in_reach = true, answered = false;
     int compared = 0, apart = 0;
-    std::string worst;  ///< in words
+    std::string worst;  ///< description
     double worst_n = 0;
   };
   static std::deque<Felt>::const_iterator felt_at_rest(const Station& s, const StationBounds& bounds, Micros stamp);

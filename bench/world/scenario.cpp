@@ -62,10 +62,10 @@ Micros misjudged_for(const Scenario& s, const Fault& f) {
 }
 
 Micros recovery_time(const Scenario& scenario, std::size_t station) {
-  // A process that died is silent for kSilentAfter before its name is free; whoever was refused asks again after kRetryEvery.
-  // With keys it waits until the dead one has failed to echo, and asks again meanwhile; two exchanges make its keys, as they do
-  // with a server that is another, one handshake a second at most. A shadow first waits for the station whose tool it shares.
-  // Then three exchanges (refused as unknown, Hello, samples) and, at the worst, a frame that is a stall long.
+  // A crashed process is silent for kSilentAfter before its name is free; a refused one asks again after kRetryEvery. With keys
+  // it waits until the old one has failed to echo, and asks again meanwhile; two exchanges make its keys, as with a restarted
+  // server, with at most one handshake per second. A shadow first waits for the station whose tool it shares. Then there are
+  // three exchanges (refused as unknown, Hello, samples) and, in the worst case, a frame as long as a stall.
   const auto slow = [&](std::size_t k) {
     const Links links = healed_links(scenario, k);
     return slowest(links.up) + slowest(links.down);
@@ -108,7 +108,7 @@ void draw_server(Scenario& s) {
   s.server_drift_ppm = s.drawn_with.drift ? drift : 0;
 }
 
-/// Any but a machine that sleeps.
+/// Draws any kind but `sleep`.
 FaultKind draw_kind(Random& random) {
   const auto kind = random.bits() % (kFaultKinds - 1);
   return static_cast<FaultKind>(kind < static_cast<std::uint64_t>(FaultKind::sleep) ? kind : kind + 1);
@@ -131,7 +131,7 @@ double draw_amount(FaultKind kind, Random& random) {
   }
 }
 
-/// Drawn always, so that what is drawn later does not depend on whether there are faults.
+/// Always drawn, so that later draws do not depend on whether there are faults.
 std::vector<Fault> draw_faults(const Scenario& s) {
   Random random = part_of(s.drawn_with.seed, Part::faults);
   std::vector<Fault> faults;
@@ -171,12 +171,12 @@ Scenario draw_scenario(const DrawOptions& options) {
   draw_server(s);
   s.stations = draw_stations(s);
   if (options.faults) s.faults = draw_faults(s);
-  // A hand goes by the clock of its machine, which stands while that sleeps.
+  // A hand follows the clock of its machine, which stands still while the machine sleeps.
   for (const Fault& f : s.faults)
     if (f.kind == FaultKind::sleep) s.rest += f.end - f.begin;
   s.end = s.rest + kComesToRest;
   for (std::size_t k = 0; k < s.stations.size(); ++k) s.end = std::max(s.end, recovered_by(s, k) + kComesToRest);
-  // Time enough for patches stamped after that to come.
+  // Time for patches stamped after that to arrive.
   Micros way{};
   for (std::size_t k = 0; k < s.stations.size(); ++k) {
     const Links links = healed_links(s, k);

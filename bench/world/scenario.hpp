@@ -1,11 +1,10 @@
-// What one seed draws: a body, a server, stations with their hands, devices, links and clocks, and what goes wrong when.
+// Scenarios drawn from a seed: a body, a server, stations with their hands, devices, links and clocks, and a schedule of faults.
 //
-// Every part has a generator of its own, seeded by (seed, part, index): leaving one out changes none of the others, so a failing
-// seed can be made smaller by leaving out what does not matter. bench/simulated-worlds.md says what is drawn
-// from where to where.
+// Every part has its own generator, seeded by (seed, part, index): leaving one part out changes none of the others, so a failing
+// seed can be reduced by leaving out irrelevant parts. docs/concepts/simulated-worlds.md has the table of all ranges.
 //
-// Times: faults lie in [kFirstFaultAt, healed]; at `healed` everything that is broken is mended (links keep their latency and
-// jitter and lose nothing more); hands rest from `rest` on, touching the body; the world ends at `end`.
+// Times: faults lie in [kFirstFaultAt, healed]; at `healed` all faults end (links keep their latency and jitter and lose nothing
+// more); hands rest from `rest` on, touching the body; the world ends at `end`.
 #pragma once
 
 #include <cstdint>
@@ -22,21 +21,21 @@ namespace palpate {
 
 struct DrawOptions {
   std::uint64_t seed = 1;
-  double duration_s = 3;  ///< until everything is healed
+  double duration_s = 3;  ///< time until everything is healed
   bool faults = true, drift = true, losses = true;
   int stations_max = 4;
-  bool small = false;   ///< bodies of 3 x 3 x 3 nodes, or of 3 x 3, which cost less
-  double deadband = 0;  ///< of ServerOptions; not drawn
-  bool keys = false;    ///< of what is promised: a process that died has its name again as its own successor, after a handshake
+  bool small = false;   ///< cheaper bodies of 3 x 3 x 3 or 3 x 3 nodes
+  double deadband = 0;  ///< see ServerOptions; not drawn
+  bool keys = false;    ///< affects promises: a restarted process regains its name as its own successor, after a handshake
 };
 
 inline constexpr Micros kFirstFaultAt{700'000};
-inline constexpr Micros kComesToRest{400'000};  ///< for a hand, and the body under it
+inline constexpr Micros kComesToRest{400'000};  ///< time for a hand, and the body under it
 
 struct StationPlan {
   ClientOptions client;   ///< name, role, scheme, order, shadow_of, limits of the guard
-  int owner = -1;         ///< a shadow: index of the station whose tool it shares
-  bool simulated = true;  ///< a Phantom in a hand; otherwise the tool goes where the motion says, whatever it feels
+  int owner = -1;         ///< for a shadow: index of the station whose tool it shares
+  bool simulated = true;  ///< a Phantom in a hand; false: the tool follows the motion regardless of forces
   std::string hand;
   SimPhantomOptions phantom;
   std::vector<MotionPoint> path;  ///< from the start of the world on
@@ -51,7 +50,7 @@ enum class FaultKind : std::uint8_t {
   cut_down,
   cut,
   storm,        ///< amount: share lost, in bursts, with duplicates and reordering
-  path_change,  ///< amount: new latency each way [s]; stays
+  path_change,  ///< amount: new latency each way [s]; permanent
   net_stall,
   haptic_stall,
   crash,
@@ -80,32 +79,32 @@ struct Scenario {
   double rate_hz = 20, server_drift_ppm = 0;
   Micros compute{}, healed{}, rest{}, end{};
   std::vector<StationPlan> stations;
-  std::vector<Fault> faults;  ///< by their beginning
+  std::vector<Fault> faults;  ///< ordered by their beginning
 };
 
 Scenario draw_scenario(const DrawOptions& options);
 
-/// A page for a person, every drawn number on it.
+/// Describes a scenario on a page for a person, with every drawn number.
 std::string describe(const Scenario& scenario);
 
-// What a scenario promises, by which its run is judged.
+// Promises of a scenario, by which its run is judged.
 
-/// Longest way of a datagram over this link when it is not lost.
+/// Largest delay of a datagram over this link, unless it is lost.
 Micros slowest(const LinkSpec& link);
-/// Link of a station after everything that happens to it.
+/// Links of a station after all faults.
 struct Links {
   LinkSpec up, down;
 };
 Links healed_links(const Scenario& scenario, std::size_t station);
-/// How long a datagram may take over this link, whatever happens to it in this scenario.
+/// Largest delay of a datagram over this link under any fault of this scenario.
 Micros slowest_ever(const Scenario& scenario, std::size_t station, bool up);
-/// For how long the server may misjudge a clock after it stepped. A step that is shorter than a round trip looks like one way
-/// that became shorter and another that became longer: no exchange of datagrams can tell the two apart, so it stays until what
-/// was seen before is forgotten.
+/// Longest time for which the server may misjudge a clock after a step. A step shorter than a round trip looks like one direction
+/// that became faster and another that became slower; no exchange of datagrams can distinguish the two, so the error persists
+/// until the earlier exchanges are forgotten.
 Micros misjudged_for(const Scenario& scenario, const Fault& fault);
-/// From the end of a fault until a fresh patch is in use at the latest; see bench/simulated-worlds.md for the sum.
+/// Longest time from the end of a fault until a fresh patch is in use; docs/concepts/simulated-worlds.md derives it.
 Micros recovery_time(const Scenario& scenario, std::size_t station);
-/// When a station must feel the body again, everything being healed and every clock judged right.
+/// Time by which a station must feel the body again, with everything healed and every clock known.
 Micros recovered_by(const Scenario& scenario, std::size_t station);
 
 }  // namespace palpate

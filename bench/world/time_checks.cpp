@@ -29,7 +29,7 @@ void CausalityCheck::frame(Micros now) {
   if (frames_.size() > kKept) frames_.pop_front();
 }
 
-/// The frame whose patches leave at t.
+/// Frame whose patches leave at t.
 const CausalityCheck::Frame* CausalityCheck::frame_at(Micros t) const {
   for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
     if (frame->at + compute_ <= t) return &*frame;
@@ -66,7 +66,7 @@ void CausalityCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (sent == sent_.end() || sent->second.at > now)
     return fail(now, fmt::format("a datagram of {} is delivered before it was sent", bounds.name));
   if (!message) return fail(now, fmt::format("a datagram of {} cannot be read", bounds.name));
-  // A frame may be computed at one moment and leave in the same: sender's clock and stamp agree to the microsecond.
+  // A frame may be computed and leave in the same moment: the sender's clock and the stamp agree to the microsecond.
   if (message->clock.sent != sent->second.stamp)
     fail(now, fmt::format("a datagram of {} says that it was sent at {} us; its sender's clock was at {} us", bounds.name,
                           message->clock.sent.count(), sent->second.stamp.count()));
@@ -90,8 +90,8 @@ void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& p
   const Frame* frame = frame_at(now);
   const std::size_t known = frame ? frame->known[bounds.owner] : 0;
   if (known == 0 || known > samples.size()) return;
-  // The server did not wait for samples that were late: the tool went on, and is led back when they come. So it may have in a
-  // frame of which no patch tells.
+  // The server did not wait for late samples: the tool was extrapolated, and is led back when they come. It may have done so in a
+  // frame without a patch.
   const bool followed = frame->number <= told_[bounds.owner] + 1;
   told_[bounds.owner] = frame->number;
   if (!followed || patch.stamp > samples[known - 1].t) led_until_[bounds.owner] = patch.stamp + ToolTrack::kLeadBack;
@@ -100,7 +100,7 @@ void CausalityCheck::check_place(Micros now, std::size_t station, const Patch& p
   judge();
   const auto end = samples.begin() + static_cast<std::ptrdiff_t>(known);
   const auto after = std::lower_bound(samples.begin(), end, patch.stamp, [](const ToolSample& s, Micros t) { return s.t < t; });
-  if (after == end || after == samples.begin()) return;  // the server began
+  if (after == end || after == samples.begin()) return;  // the server's beginning
   const auto before = after - 1;
   const double share = seconds(patch.stamp - before->t) / seconds(after->t - before->t);
   const Vec3 place = before->position + share * (after->position - before->position);

@@ -1,15 +1,15 @@
-// Checks of when things are known.
+// Checks of the timing of information.
 //
-//   causality   what is delivered was sent before, and carries as its stamp the sender's clock at that moment; no sample in it is
-//               later than that; no patch in use is stamped later than the station's clock (PatchIntake::kFutureMax allowed, the
-//               client's own bound), and none is sent that is stamped later than the newest sample of its tool by more than it is
-//               valid for; and a patch knows the tool where it was at the stamp: patch.tool is the tool's path at the stamp,
-//               interpolated between the samples that had come to the server, on their way or brought, when it began the frame
+//   causality   every delivered datagram was sent before, and carries as its stamp the sender's clock at that moment; no sample
+//               in it is later than that; no patch in use is stamped later than the station's clock (PatchIntake::kFutureMax
+//               allowed, the client's own bound); none is sent whose stamp exceeds the newest sample of its tool by more than its
+//               validity; and a patch has the right tool position: patch.tool is the tool's path at the stamp, interpolated
+//               between the samples that had come to the server, directly or brought by the attacker, when it began the frame
 //   freshness   while a station is calm: a patch leaves the server at most sent_age_max old; the one in use is not older than the
-//              newest that was delivered kNetWake ago (one of the future, from a server whose clock stepped, is not to be used,
-//              nor need one be that came before or while the haptic thread stood still, or its clock stepped ahead);
-//              and once nothing is lost any more, the one in use is at most
-//              sent_age_max + frames + down_max + kNetWake old, unless the server says that no contact is in reach
+//               newest that was delivered kNetWake ago (except one from the future, from a server whose clock stepped, and those
+//               that came before or while the haptic thread stood still, or its clock stepped ahead); and once nothing is lost
+//               any more, the one in use is at most sent_age_max + frames + down_max + kNetWake old, unless the server says that
+//               no contact is in reach
 #pragma once
 
 #include <deque>
@@ -22,9 +22,9 @@ namespace palpate {
 
 class CausalityCheck final : public Check {
  public:
-  /// Rounding of the wire, and of a microsecond at 1 m/s twice over.
+  /// Rounding on the wire, and twice that of a microsecond at 1 m/s.
   static constexpr double kPlaceM = 2e-5;
-  /// `compute`: from the beginning of a frame until its patches leave.
+  /// `compute` is the time from the beginning of a frame until its patches leave.
   CausalityCheck(const std::vector<StationBounds>& bounds, const World& world, Micros compute)
       : Check("causality"),
         bounds_(bounds),
@@ -42,12 +42,12 @@ class CausalityCheck final : public Check {
  private:
   struct Sent {
     Micros at{}, stamp{};  ///< world time, the sender's clock
-    Micros newest{};       ///< time of the newest sample of the tool that had come to the server; min(): none
+    Micros newest{};       ///< time of the tool's newest sample that had come to the server; min(): none
   };
   struct Frame {
     Micros at{};
     std::uint64_t number = 0;
-    std::vector<std::size_t> known;  ///< samples of each tool that the server had
+    std::vector<std::size_t> known;  ///< number of samples of each tool that the server had
   };
   const Frame* frame_at(Micros t) const;
   void check_tool(Micros now, std::size_t station, const Patch& patch, const Sent& sent);
@@ -56,11 +56,11 @@ class CausalityCheck final : public Check {
   const std::vector<StationBounds>& bounds_;
   const World& world_;
   Micros compute_;
-  std::vector<std::vector<ToolSample>> known_;  ///< as the server takes them: only ever newer ones
+  std::vector<std::vector<ToolSample>> known_;  ///< as the server accepts them: only newer ones
   std::vector<Micros> led_until_;               ///< in the clock of the tool's station
   std::deque<Frame> frames_;
   std::uint64_t frame_count_ = 1;
-  std::vector<std::uint64_t> told_;  ///< number of the last frame that a patch for the tool told of
+  std::vector<std::uint64_t> told_;  ///< number of the last frame that a patch for the tool belonged to
   std::unordered_map<std::uint64_t, Sent> sent_;
 };
 
@@ -72,7 +72,7 @@ class FreshnessCheck final : public Check {
   void tick(const SeenTick& seen) override;
   void datagram(Micros now, const DatagramEvent& event, const Message* message) override;
   void new_life(Micros, std::size_t station) override { seen_[station] = {}; }
-  Micros oldest_calm() const { return oldest_; }  ///< age of a patch in use, of any calm station in reach of the body
+  Micros oldest_calm() const { return oldest_; }  ///< largest age of a patch in use, over calm stations in reach of the body
 
  private:
   struct Arrived {
@@ -83,12 +83,12 @@ class FreshnessCheck final : public Check {
     std::optional<Micros> newest;  ///< stamp that must be in use
     bool in_reach = true;
     Micros ticked{};                                            ///< own clock
-    Micros joined = Micros::max(), plays_from = Micros::max();  ///< own clock: it has no tool for older patches
+    Micros joined = Micros::max(), plays_from = Micros::max();  ///< own clock: it has no tool samples for older patches
   };
   const std::vector<StationBounds>& bounds_;
   const World& world_;
   std::vector<Station> seen_;
-  std::unordered_map<std::uint64_t, Micros> sent_own_;  ///< the receiver's clock when it was sent
+  std::unordered_map<std::uint64_t, Micros> sent_own_;  ///< receiver's clock at the time of sending
   Micros oldest_{};
 };
 

@@ -7,9 +7,9 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kClientWake{1'000};  // the net side of a client looks at its sample ring as often as its haptic side ticks
+constexpr Micros kClientWake{1'000};  // the net side of a client polls its sample ring as often as its haptic side ticks
 
-// A clock that reads up to 1000 s, on whole milliseconds: without drift the haptic tick of a station stays on the world's.
+// Offset of a clock, up to 1000 s, in whole milliseconds: without drift the haptic ticks of a station coincide with the world's.
 Micros draw_offset(std::uint64_t seed) { return Micros{1000 * static_cast<std::int64_t>(Random(seed).uniform(1, 1e6))}; }
 
 }  // namespace
@@ -122,7 +122,7 @@ bool World::deliver() {
   return any;
 }
 
-/// True when the server took it.
+/// Returns true if the server received it.
 bool World::hand_to_server(Datagram& datagram) {
   if (server_up_ && !server_stalled_) {
     tell(DatagramEvent::Kind::delivered, datagram);
@@ -136,7 +136,7 @@ bool World::hand_to_server(Datagram& datagram) {
   return false;
 }
 
-/// True when the station took it.
+/// Returns true if the station received it.
 bool World::hand_to_station(Datagram& datagram) {
   WorldStation& s = station_of(datagram.peer);
   const bool listens = s.up_ && !s.asleep() && s.peer_ == datagram.peer;
@@ -162,7 +162,7 @@ void World::haptic_ticks() {
     if (!s->haptic_runs()) continue;
     const Micros t = s->clock(now_);
     if (t < s->next_tick_) continue;
-    s->next_tick_ = t / kTick * kTick + kTick;  // late ticks are skipped, never squeezed
+    s->next_tick_ = t / kTick * kTick + kTick;  // late ticks are skipped, never run in a row
     s->reading_ = s->owner_ ? s->owner_->reading_ : s->device_->read(t);
     if (!s->reading_.ok()) continue;
     const TickOutput out = s->run_tick(s->core_->haptic(), {t, s->reading_.position});
@@ -208,7 +208,7 @@ void World::client_net() {
   }
 }
 
-/// What the frame costs the server, in virtual time.
+/// Charges the cost of the frame to the server, in virtual time.
 void World::charge(const FrameJob& job, FrameResult& result) const {
   const FrameTimes times = options_.frame_times ? options_.frame_times(now_, job, result) : FrameTimes{.step = options_.compute};
   result.step_took = times.step;

@@ -1,20 +1,20 @@
 // The simulated world: the real server and client cores, a body, devices and bad links, in virtual time on one thread.
 //
-// Nothing here computes a force or interprets a datagram: the cores do, the same objects that the programs run. The world only
-// decides when things happen. Order at one moment t: what at() planned; datagrams that are due; the haptic tick of every
-// station (on the milliseconds of its own clock); the clients' net side; the server; then again whatever these sent over links
-// without delay, until nothing is left. One seed, one binary: the same bits.
+// Nothing here computes a force or interprets a datagram: the cores do, with the same classes as in the programs. The world only
+// decides when things happen. Order at one moment t: events of at(); datagrams that are due; the haptic tick of every station (on
+// the milliseconds of its own clock); the clients' net side; the server; then again whatever these sent over links without delay,
+// until nothing is left. One seed and one binary give the same bits.
 //
-// Clocks: world time starts at 0; every participant has a clock of its own (world_clock.hpp), so that no code can mistake one
-// for another.
+// World time starts at 0; every participant has a clock of its own (world_clock.hpp), so that no code can mistake one for
+// another.
 //
-// What can happen to a participant is a call that takes effect at the present moment; World::at() plans one for later.
-// A participant that is stalled takes and emits nothing until it goes on; datagrams wait for it in a socket buffer of
-// kSocketBuffer datagrams, and what comes beyond is lost, as on a real machine. What is sent to one that is down is lost.
+// Everything that can happen to a participant is a call that takes effect at the present moment; World::at() schedules one for
+// later. A stalled participant receives and emits nothing until it resumes; datagrams wait for it in a socket buffer of
+// kSocketBuffer datagrams, and further ones are lost, as on a real machine. Datagrams to a participant that is down are lost.
 //
-// With keys all datagrams go through the trust channel, as the programs drive it. Listeners see what is in them. Links count a
-// datagram of the session without what the channel adds, and handshakes draw their luck from generators of their own, so that
-// the session's datagrams meet what they meet without keys.
+// With keys all datagrams pass through the trust channel, as in the programs; listeners see their content. Links count a datagram
+// of the session without the channel's overhead, and handshakes draw their delays and losses from their own generators, so that
+// the session's datagrams have the same fate as without keys.
 #pragma once
 
 #include <deque>
@@ -35,31 +35,31 @@
 
 namespace palpate {
 
-/// What a frame costs the server; `patches` with the rollouts.
+/// Server time of a frame; `patches` includes the rollouts.
 struct FrameTimes {
   Micros step{}, patches{}, rollouts{};
 };
 
 struct WorldOptions {
   double rate_hz = 20;
-  Micros compute{};        ///< from frame to patch: what a frame costs the server in virtual time
-  std::uint64_t seed = 1;  ///< of clock offsets; links have their own
+  Micros compute{};        ///< from frame to patch: the cost of a frame for the server in virtual time
+  std::uint64_t seed = 1;  ///< seed of clock offsets; links have their own
   double server_drift_ppm = 0;
-  double deadband = 0;  ///< of ServerOptions
+  double deadband = 0;  ///< see ServerOptions
   std::optional<WorldKeys> keys = {};
-  bool once = false;  ///< copies that links make are dropped where they arrive, as the trust channel drops them
-  /// Instead of `compute`, when given: of a frame that begins at that world time and comes out so.
+  bool once = false;  ///< copies made by links are dropped on arrival, as by the trust channel
+  /// If given, replaces `compute`: times of a frame that begins at this world time and has this result.
   std::function<FrameTimes(Micros, const FrameJob&, const FrameResult&)> frame_times = {};
 };
 
-/// What a station does in its haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.
+/// Performs a station's haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.
 using TickRunner = std::function<TickOutput(HapticTick&, const ToolSample&)>;
-/// Hears of every tick: world time, tool position, what was felt.
+/// Called at every tick with world time, tool position and the output.
 using TickListener = std::function<void(Micros, const Vec3&, const TickOutput&)>;
 
-/// One datagram on its way between a station and the server. A copy that the link makes has the same number. `brought`: by
-/// somebody on the way, late, perhaps one that the link had lost; it has none. To the server only what its receiver opens, and of
-/// a station's present process.
+/// One datagram between a station and the server. A copy made by the link has the same number. `brought`: an attacker delivered
+/// it late, possibly after the link had lost it; it has no number. Reported only towards the server, if its receiver opens it,
+/// and for a station's present process.
 struct DatagramEvent {
   enum class Kind : std::uint8_t { sent, lost, delivered, brought };
   Kind kind = Kind::sent;
@@ -70,10 +70,10 @@ struct DatagramEvent {
 };
 using DatagramListener = std::function<void(Micros, const DatagramEvent&)>;
 
-/// What somebody on the way sees of a datagram when it is sent.
+/// A datagram as an attacker on the path sees it, at the time of sending.
 struct WireEvent {
   std::size_t station = 0;
-  ChannelAddress client;  ///< the station's end
+  ChannelAddress client;  ///< address of the station's end
   bool to_server = false;
   std::span<const std::byte> bytes;
 };
@@ -95,17 +95,17 @@ class WorldStation {
   TickRunner run_tick = [](HapticTick& haptic, const ToolSample& sample) { return haptic.tick(sample); };
   TickListener on_tick;
 
-  // What can happen to it.
+  // Faults:
   void change_link(const LinkSpec& up, const LinkSpec& down);
-  void cut(bool up, bool down);     ///< what is under way still arrives
-  void stall_net(bool stalled);     ///< its net side stands still, its haptic thread goes on
-  void stall_haptic(bool stalled);  ///< and the other way round
+  void cut(bool up, bool down);     ///< datagrams in flight still arrive
+  void stall_net(bool stalled);     ///< its net side stands still, its haptic thread continues
+  void stall_haptic(bool stalled);  ///< and vice versa
   void step_clock(Micros by) { clock_.step(by); }
-  void sleep(Micros now);  ///< its machine is suspended: nothing runs, nothing is taken from the wire, its clock stands
+  void sleep(Micros now);  ///< its machine is suspended: nothing runs, nothing is received, its clock stands still
   void wake(Micros now);
   void leave();  ///< says goodbye; its haptic thread ends
-  void crash();  ///< without a word
-  /// A new process of the same name, with another address.
+  void crash();  ///< without a goodbye
+  /// Starts a new process with the same name and another address.
   void join_again(Micros now);
 
  private:
@@ -122,14 +122,14 @@ class WorldStation {
 
   ClientOptions options_;
   std::unique_ptr<MotionDevice> device_;
-  const WorldStation* owner_ = nullptr;  ///< of the tool, for a shadow
+  const WorldStation* owner_ = nullptr;  ///< owner of the tool, for a shadow
   WorldClock clock_;
   LinkModel up_link_, down_link_, channel_up_, channel_down_;
   bool cut_up_ = false, cut_down_ = false, net_stalled_ = false, haptic_stalled_ = false, up_ = true, leaving_ = false;
   std::optional<Micros> asleep_since_;
   std::unique_ptr<ClientCore> core_;
   int lives_ = 0;
-  PeerId peer_ = 0;  ///< of this process; 0: it has none yet
+  PeerId peer_ = 0;  ///< this process; 0: it has none yet
   Micros next_tick_{};
   DeviceReading reading_;
   std::deque<Waiting> waiting_;
@@ -143,12 +143,13 @@ class World {
   WorldStation& add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link);
   WorldStation& add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& up,
                             const LinkSpec& down, double drift_ppm);
-  /// Feels with the tool of `owner`, in the same process: one clock.
+  /// Adds a station that feels with the tool of `owner`, in the same process: one clock.
   WorldStation& add_shadow(const ClientOptions& options, const WorldStation& owner, const LinkSpec& up, const LinkSpec& down);
   /// Runs up to and including world time `until`.
   void run_until(Micros until);
   Micros now() const { return now_; }
-  /// `event` happens at world time t (not in the past), before anything else there; events of one moment in the order of entry.
+  /// Schedules `event` at world time t (not in the past), before everything else there; events of one moment run in the order of
+  /// entry.
   void at(Micros t, std::function<void()> event) { events_.push(t, std::move(event)); }
 
   Room& room() { return room_; }
@@ -159,27 +160,27 @@ class World {
   const WorldStation& station(std::size_t k) const { return *stations_[k]; }
   std::size_t stations() const { return stations_.size(); }
 
-  // What can happen to the server.
+  // Faults of the server:
   void stall_server(bool stalled) { server_stalled_ = stalled; }
   void step_server_clock(Micros by) { clock_.step(by); }
   void kill_server();
-  /// A new process that knows nobody: the body as it was (a snapshot) or at rest.
+  /// Starts a new process without sessions, with the body as it was (a snapshot) or at rest.
   void start_server(bool keep_body);
 
-  /// What the server does with a frame; the default calls Room::run.
+  /// Computes a frame; the default calls Room::run.
   std::function<FrameResult(Room&, const FrameJob&)> run_frame = [](Room& room, const FrameJob& job) { return room.run(job); };
   DatagramListener on_datagram;
 
-  // With keys: somebody on the way.
+  // With keys: the attacker's view.
   std::function<void(Micros, const WireEvent&)> on_wire;
-  /// Hears what the server sends to an address that is no station's.
+  /// Called with datagrams from the server to an address that belongs to no station.
   std::function<void(const ChannelAddress&, std::span<const std::byte>)> on_stray;
-  /// Now, as if it came from there.
+  /// Delivers a datagram now, as if it came from that address.
   void inject_to_server(const ChannelAddress& from, std::span<const std::byte> bytes);
-  /// Now, as if it came from the server.
+  /// Delivers a datagram now, as if it came from the server.
   void inject_to_station(std::size_t station, std::span<const std::byte> bytes);
   WorldTrust& trust() { return *trust_; }
-  /// With keys: from now on the station's datagrams come from another address, and what goes to the one before gets lost.
+  /// With keys: from now on the station's datagrams come from another address; datagrams to the old one are lost.
   void rebind(std::size_t station);
 
  private:
@@ -187,8 +188,8 @@ class World {
     std::uint64_t number = 0;
     PeerId peer = 0;  ///< the station's end
     bool to_server = false;
-    std::vector<std::byte> bytes;   ///< of the session; empty: the channel's own
-    std::vector<std::byte> sealed;  ///< on the wire, where there are keys
+    std::vector<std::byte> bytes;   ///< datagram of the session; empty: the channel's own
+    std::vector<std::byte> sealed;  ///< on the wire, with keys
   };
   struct Finished {
     FrameResult result;
@@ -224,21 +225,21 @@ class World {
 
   WorldOptions options_;
   Scene scene_;
-  WorldClock clock_;  ///< the server's
+  WorldClock clock_;  ///< clock of the server
   Room room_;
   std::uint64_t instance_;
   std::unique_ptr<ServerCore> server_;
-  std::unique_ptr<WorldTrust> trust_;    ///< where there are keys
+  std::unique_ptr<WorldTrust> trust_;    ///< set with keys
   std::vector<std::uint8_t> delivered_;  ///< by number, with `once`
   bool server_up_ = true, server_stalled_ = false;
-  std::deque<Datagram> waiting_;  ///< for a server that is stalled
+  std::deque<Datagram> waiting_;  ///< for a stalled server
   std::vector<std::unique_ptr<WorldStation>> stations_;
   std::vector<std::size_t> peers_;  ///< station of peer k + 1
   struct End {
     std::size_t station;
     int life;
   };
-  std::map<ChannelPeer, End> ends_;  ///< of sessions at this server
+  std::map<ChannelPeer, End> ends_;  ///< sessions at this server
   DelayQueue<std::function<void()>> events_;
   DelayQueue<Datagram> in_flight_;
   DelayQueue<Finished> computing_;

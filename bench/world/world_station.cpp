@@ -1,10 +1,10 @@
-// What can happen to one station of the simulated world.
+// Faults of one station of the simulated world.
 #include "bench/world/world.hpp"
 
 namespace palpate {
 namespace {
 
-/// The same link with another luck.
+/// The same link with another seed.
 LinkSpec of_channel(LinkSpec spec) {
   spec.seed ^= 0x7472757374ull;
   return spec;
@@ -71,7 +71,7 @@ void WorldStation::crash() {
 
 void WorldStation::join_again(Micros now) {
   if (up() || asleep()) return;
-  crash();  // a goodbye that could not be said
+  crash();  // without a goodbye, as its machine was down
   new_core(now);
   up_ = true;
 }

@@ -1,7 +1,7 @@
-// The trust channel in the simulated world: a ClientChannel a station, a ServerTrust for the server.
+// The trust channel in the simulated world: a ClientChannel per station, a ServerTrust for the server.
 //
-// A station has the key of the person at it, a shadow that of its owner; each life of a station has an address of its own. All
-// keys are drawn from the world's seed. Rights: what the station's own Hello asks for, and no more.
+// A station has the key of the person at it, a shadow that of its owner; each life of a station has its own address. All keys are
+// drawn from the world's seed. Rights: exactly what the station's own Hello asks for.
 #pragma once
 
 #include <map>
@@ -17,10 +17,10 @@ namespace palpate {
 
 struct WorldKeys {
   ChannelTimes times = {};
-  /// The first handshake of a life takes no time, so that all the rest happens when it does without keys. Later ones go over the
-  /// links of the station.
+  /// true: the first handshake of a life takes no time, so that everything else happens at the same times as without keys. Later
+  /// ones go over the links of the station.
   bool at_once = true;
-  std::map<PublicKey, Rights> more = {};  ///< let in beside the world's stations
+  std::map<PublicKey, Rights> more = {};  ///< admitted in addition to the world's stations
 };
 
 class WorldTrust {
@@ -29,9 +29,9 @@ class WorldTrust {
 
   WorldTrust(const WorldKeys& keys, std::uint64_t seed);
 
-  /// Station `k`, the next; `owner`: whose key it has, itself or an earlier one.
+  /// Adds station `k`, the next one; `owner`: station whose key it has, itself or an earlier one.
   void add_station(std::size_t owner, const std::string& name);
-  /// The server reads its keys again: this station's is not there any more.
+  /// The server rereads its keys, without that of this station.
   void take_out(std::size_t station);
   void new_life(std::size_t station) { clients_[station].channel.reset(); }
   void new_server();
@@ -43,11 +43,11 @@ class WorldTrust {
   bool at_once() const { return keys_.at_once; }
 
   Packet seal_up(std::size_t station, std::span<const std::byte> plain, Micros own_now);
-  /// Empty when the session is gone.
+  /// Empty if the session is gone.
   Packet seal_down(ChannelPeer to, std::span<const std::byte> plain, ChannelAddress& address, Micros server_now);
   std::vector<Packet> from_client(std::size_t station, Micros own_now);
   bool next_from_server(Packet& packet, ChannelAddress& to);
-  /// What a datagram from the server holds; empty when nothing for the session.
+  /// Opens a datagram from the server; empty if it holds nothing for the session.
   Packet open(std::size_t station, std::span<const std::byte> datagram, Micros own_now);
 
  private:
@@ -64,9 +64,9 @@ class WorldTrust {
   std::unique_ptr<ServerTrust> server_;
 };
 
-/// Of the process with this number.
+/// Address of the process with this number.
 ChannelAddress address_of_peer(std::uint64_t peer);
-/// 0 where it is none of a station's.
+/// Number of the process at this address; 0 if it belongs to no station.
 std::uint64_t peer_at(const ChannelAddress& address);
 
 }  // namespace palpate

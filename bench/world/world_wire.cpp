@@ -1,11 +1,11 @@
-// How datagrams go through the trust channel in the simulated world, and how somebody on the way gets at them.
+// Datagrams through the trust channel in the simulated world, and the attacker's access to them.
 #include "bench/world/world.hpp"
 
 namespace palpate {
 namespace {
 
-/// What is the channel's own arrives on whole milliseconds, at which the world is awake anyway: a core that is looked at once
-/// more in between may do sooner what it would have done.
+/// The channel's own datagrams arrive on whole milliseconds, when the world is active anyway: an additional look at a core in
+/// between could make it act sooner.
 Micros whole_ms(Micros t) { return (t + Micros{999}) / Micros{1000} * Micros{1000}; }
 
 }  // namespace
@@ -31,7 +31,7 @@ void World::see_wire(PeerId peer, bool to_server, std::span<const std::byte> byt
   if (on_wire) on_wire(now_, {peers_[peer - 1], address_of_peer(peer), to_server, bytes});
 }
 
-/// Sessions that ended: what the room says to them is still to be sealed.
+/// Sessions that ended; the room's last messages to them are still to be sealed.
 std::vector<ChannelPeer> World::server_channel(Micros t) {
   ServerChannel& channel = trust_->server().channel();
   channel.tick(t);
@@ -59,7 +59,7 @@ void World::send_sealed(ChannelPeer to, std::span<const std::byte> bytes, Micros
     on_stray(address, sealed);
 }
 
-/// A copy of one that came, where those are dropped.
+/// Returns true for a copy of a datagram that arrived, if those are dropped.
 bool World::is_copy(const Datagram& datagram) {
   if (!options_.once) return false;
   if (delivered_.size() <= datagram.number) delivered_.resize(2 * datagram.number + 1, 0);
@@ -73,7 +73,7 @@ void World::take_at_server(const Datagram& datagram) {
     server_->take(datagram.bytes, datagram.peer, server_clock());
 }
 
-/// What the channel answers to it goes over a link without luck: it must not change that of others.
+/// The channel's answer goes over a link without randomness, so that it does not affect other datagrams.
 void World::inject_to_server(const ChannelAddress& from, std::span<const std::byte> bytes) {
   constexpr Micros kWayBack{20'000};
   if (!server_up_ || server_stalled_) return;

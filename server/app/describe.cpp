@@ -15,12 +15,13 @@
 namespace palpate {
 namespace {
 
-/// Fewer than a third of what one face of a cube with so many nodes has: the body hangs by a corner.
+/// Returns true if fewer nodes are fixed than a third of one face of a cube with this number of nodes: the body hangs by a
+/// corner.
 bool hangs_by_few(std::size_t held, std::size_t nodes) {
   return static_cast<double>(held) < std::pow(static_cast<double>(nodes), 2.0 / 3) / 3;
 }
 
-/// A height that holds the lowest tenth of the body.
+/// Suggests a setting that fixes the lowest tenth of the body.
 std::string advice(const LumpedBody& body) {
   if (body.planar) return "\"fixed_faces\" in body.lattice holds a side, for example [\"x-\"]";
   const auto [low, high] =
@@ -29,7 +30,7 @@ std::string advice(const LumpedBody& body) {
                      low->z() + 0.1 * (high->z() - low->z()));
 }
 
-/// Of tetrahedra that lock by more than a twentieth.
+/// Warning if linear tetrahedra lock by more than a twentieth.
 std::optional<std::string> locking_line(const LumpedBody& body) {
   constexpr double kSaid = 0.05;
   const double locking = expected_locking(body);
@@ -53,7 +54,7 @@ std::string touch_line(const Scene& scene, const FingerStiffness& finger) {
 }
 
 std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<int>& stations, double frame_ms) {
-  constexpr double kBusiest = 0.9;  // of a frame: the sessions take some of it, too
+  constexpr double kBusiest = 0.9;  // share of a frame; sessions need some of the rest
   std::string line = fmt::format("  {:<8}", name_of(scheme));
   int most = 0;
   for (const int n : stations) {
@@ -65,7 +66,7 @@ std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<in
   return line + fmt::format("   keeps up with {}", most);
 }
 
-/// That of the place, among some, which takes the longest; nothing where it is not known of one.
+/// Cost at the most expensive of several places; empty if the cost of one of them is unknown.
 std::optional<FrameCost> worst_cost(const Scene& scene, const FingerStiffness& home, double rate_hz) {
   constexpr std::size_t kPlaces = 3;
   std::vector<FingerStiffness> places;
@@ -114,7 +115,7 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
             ? "cells that do not hang together with the rest are left out, or the spacing is too coarse for it"
             : "the spacing is too coarse for it"));
   if (const auto locking = locking_line(body)) lines.push_back(*locking);
-  constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness is solved for within a second or so
+  constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness can be solved for within about a second
   const bool small = body.nodes.size() <= kSolvedMost;
   const std::optional<FingerStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
   if (!finger) return lines;

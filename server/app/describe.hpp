@@ -1,4 +1,4 @@
-// What a scene is like before anybody touches it, in lines for a person.
+// Describes an untouched scene in lines for a person.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace palpate {
 
-/// How many nodes are held and what the body weighs, how stiff it is under a finger, what a frame of 1 / `rate_hz` seconds costs
-/// on this machine; with a warning where (nearly) nothing is held. Takes up to a second or so; of large bodies the rest is left
-/// out.
+/// Returns lines with the number of fixed nodes, the body's weight, its stiffness under a finger and the cost of frames of 1 /
+/// `rate_hz` seconds on this machine; with a warning if (nearly) nothing is fixed. Runs for up to about a second; for large
+/// bodies the slow parts are omitted.
 std::vector<std::string> describe(const Scene& scene, double rate_hz);
 
 }  // namespace palpate

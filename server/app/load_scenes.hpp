@@ -1,4 +1,4 @@
-// The scenes that --scene names.
+// Loads the scenes that --scene names.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace palpate {
 
-/// NAME=FILE, or FILE; a file whose name has a = is the latter when it is there.
+/// Splits NAME=FILE, or FILE alone; a file that exists and has a = in its name counts as FILE.
 std::pair<std::string, std::string> split_name(const std::string& given);
-/// InputError for a scene that cannot be read, and for rooms without a name of their own.
+/// Throws InputError for a scene that cannot be read, and for rooms whose names are not distinct.
 std::vector<NamedScene> load_scenes(const ServerFlags& flags);
 void describe_scenes(const ServerFlags& flags);
 

@@ -33,7 +33,7 @@ ServerEvent lines_left_out(std::uint64_t lines) {
   return {"left_out", fmt::format("{} lines are left out here: nobody read this log", lines), {}, EventLevel::warning};
 }
 
-/// A scene that is being built holds nothing that must be ended in order, and may take long.
+/// Exits at once on a signal while scenes load, which may take long: nothing has to be shut down in order yet.
 void end_while_loading() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { std::_Exit(0); });
 }
@@ -43,7 +43,7 @@ bool is_loopback(const asio::ip::address& address) {
   return mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback() : address.is_loopback();
 }
 
-/// Beyond this machine only with keys, unless that is asked for.
+/// Refuses to listen beyond this machine without keys, unless --insecure is given.
 void check_reach(const ServerFlags& flags) {
   if (flags.has_keys || flags.insecure || is_loopback(resolve_udp("--listen", flags.listen).address())) return;
   throw InputError("--listen " + flags.listen, "would let in whoever reaches the port",
@@ -60,7 +60,7 @@ ShellOptions shell_options(const ServerFlags& flags, std::size_t rooms, const st
           keys};
 }
 
-/// The rooms and what runs beside them: signals, the end of time, who watches.
+/// Runs the rooms together with signals, time limit, metrics and service manager.
 class Serving {
  public:
   explicit Serving(const ServerFlags& flags) : flags_(flags) {
@@ -78,7 +78,7 @@ class Serving {
   }
 
   void run() {
-    hang_up_->add(SIGHUP);  // which ends a program that does not listen to it
+    hang_up_->add(SIGHUP);  // the default action would end the program
     await_hang_up();
     if (keys_) say_keys();
     if (flags_.insecure) warn_insecure();
@@ -113,7 +113,7 @@ class Serving {
                             keys_->stations.size(), keys_->issuers.size()));
   }
 
-  /// A file that is wrong leaves the keys as they are.
+  /// Rereads the keys on SIGHUP; a faulty file leaves the keys as they are.
   void await_hang_up() {
     hang_up_->async_wait([this](const asio::error_code& fault, int) {
       if (fault) return;
@@ -195,12 +195,12 @@ class Serving {
 
 void serve(const ServerFlags& flags) {
   end_while_loading();
-  std::signal(SIGPIPE, SIG_IGN);  // nobody reads the log any more: no hand has to suffer from that
+  std::signal(SIGPIPE, SIG_IGN);  // a closed log must not end the server under a hand
   try {
     Serving(flags).run();
   } catch (const AddressNotReady& fault) {
     if (!ServiceManager().is_there()) throw;
-    throw std::runtime_error(fault.what());  // no bad input, after which a service is not started again
+    throw std::runtime_error(fault.what());  // not an input error: those tell the service manager not to restart
   }
 }
 

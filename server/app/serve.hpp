@@ -1,11 +1,11 @@
-// A server from its flags to its end.
+// Runs a server from its flags to its end.
 #pragma once
 
 #include "server/app/server_flags.hpp"
 
 namespace palpate {
 
-/// Returns when it was told to end, in order. InputError for what is wrong with flags, scenes or keys.
+/// Returns after an orderly shutdown. Throws InputError for faults of flags, scenes or keys.
 void serve(const ServerFlags& flags);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What palpate-server may be told on its command line.
+// Command-line flags of palpate-server.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ struct ServerFlags {
   MeshFolders mesh_folders;
   std::string listen = "127.0.0.1:47800", record, keys, metrics, log = "text";
   double rate_hz = 20, duration_s = 0, shapes_hz = RecordOptions{}.shapes_hz, deadband = 0;
-  /// Nobody is waited for unless that is asked for: who types `kill` wants an end, and where there is no other server for a hand
-  /// to go to, waiting helps nobody. Its force fades either way.
+  /// Time to wait for hands to leave [s]. Zero by default: `kill` should end the server, and where there is no other server for a
+  /// hand to move to, waiting gains nothing. The force fades in either case.
   double drain_s = 0;
   std::size_t threads = 0;
   bool print_scene = false, describe = false, insecure = false, resume = false, has_keys = false, has_duration = false,
@@ -23,7 +23,7 @@ struct ServerFlags {
 };
 
 void describe_flags(CLI::App& app, ServerFlags& flags);
-/// InputError for flags that do not go together.
+/// Throws InputError for flags that exclude each other.
 void check(const ServerFlags& flags);
 
 }  // namespace palpate

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kToEnd{10'000'000};  // of a frame in hand and of recordings to close, after all have left
+constexpr Micros kToEnd{10'000'000};  // time for a running frame and for closing recordings, after all stations have left
 
 }  // namespace
 

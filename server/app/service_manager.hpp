@@ -1,4 +1,4 @@
-// What systemd hears of a server that it started with Type=notify (sd_notify(3)); nothing where it did not.
+// Notifies systemd about a server started with Type=notify (sd_notify(3)); without systemd it does nothing.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,13 @@ class ServiceManager {
  public:
   ServiceManager();
 
-  /// Whether it started this program.
+  /// Returns true if systemd started this program with Type=notify.
   bool is_there() const { return is_there_; }
-  /// Whether it wants to hear, within WatchdogSec, that all is well.
+  /// Returns true if systemd expects a sign of life within WatchdogSec.
   bool watches() const { return watches_; }
   void ready(const std::string& status) const;
   void is_well() const;
-  /// The end has begun, and may take `most`: longer than TimeoutStopSec is allowed when it is said.
+  /// Announces a shutdown that may last up to `most`; the announcement extends TimeoutStopSec.
   void stopping(const std::string& status, Micros most) const;
 
  private:

@@ -8,7 +8,7 @@ Micros DetailChoice::left(const DetailCost& cost) {
   return std::max(Micros{}, cost.time - cost.body - cost.others) / std::max(1, cost.shares);
 }
 
-/// `fits`, or nothing known, where there is none within `share` of what there is.
+/// Returns the reason against the option within `share` of the available time and loss, or else `fits` or `not_known_yet`.
 SchemeReason DetailChoice::objection(const DetailCost& cost, double lost, double share) const {
   if (lost > share * kNonlinearLossMost) return SchemeReason::link_lossy;
   if (cost.cost == Micros{}) return SchemeReason::not_known_yet;

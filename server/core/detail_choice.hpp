@@ -1,14 +1,14 @@
-// Whether something that makes patches truer and takes the server time is done in the next frame: the nonlinear scheme for a
-// station that left it to the server (`auto`), or rollouts for a room. It is done where it fits what is left of the frame and,
-// for a scheme, the link; with
+// Decides, with hysteresis, whether the next frame spends time on an option that improves accuracy: the nonlinear scheme for a
+// station that left the scheme to the server (`auto`), or rollouts for a room. The option is chosen if it fits into the remaining
+// time of the frame and, for a scheme, if the link is good enough for it:
 //
 //     left = (time - body - others) / shares
 //
-// As long as nobody knows what it costs it is tried: a few frames tell.
+// While its cost is unknown the option is tried; a few frames suffice to measure it.
 //
-// It is told what frames cost and what the link carries; it knows no clock. With hysteresis in both directions: what has become
-// too dear is given up at once, and comes back only after it would have fitted with a margin for a while, and that while doubles
-// each time that it had to be given up again soon after it came back.
+// The inputs are the costs of frames and the loss of the link; no clock is read. An option that has become too expensive is
+// dropped at once. It returns only after it would have fitted with a margin for a while, and that while doubles each time the
+// option is dropped again soon after its return.
 #pragma once
 
 #include <cstdint>
@@ -18,25 +18,25 @@
 
 namespace palpate {
 
-/// Time that the thread takes which runs a frame.
+/// Time budget of the thread that runs a frame.
 struct DetailCost {
-  Micros time{};    ///< that body and patches may take together
-  Micros body{};    ///< the body's step and all that is no patch
-  Micros others{};  ///< what else is done in the frame, whatever is chosen here
-  Micros cost{};    ///< of what is to be chosen, 0 = never measured
-  int shares = 1;   ///< that there are to be
+  Micros time{};    ///< time available for body and patches together
+  Micros body{};    ///< time for the body's step and everything else that is not a patch
+  Micros others{};  ///< time for the other work of the frame, whatever is chosen here
+  Micros cost{};    ///< cost of the option; 0 = never measured
+  int shares = 1;   ///< number of users among whom the time is divided
 };
 
 class DetailChoice {
  public:
-  /// What was given up comes back only where it takes less than this of what it may.
+  /// A dropped option returns only if it needs less than this share of its time.
   static constexpr double kComesBackBelow = 0.85;
   static constexpr Micros kComesBackAfter{2'000'000}, kComesBackAfterMost{64'000'000};
-  /// What stayed for so long starts again with kComesBackAfter.
+  /// An option that stayed for this long starts again with kComesBackAfter.
   static constexpr Micros kStayed{30'000'000};
 
-  /// Call once a frame, `now` of any clock that does not go back; `lost` is the share of the datagrams that get lost on the way
-  /// to the station. Whether it is done.
+  /// Decides for one frame and returns true if the option is chosen. Call once a frame; `now` may come from any clock that does
+  /// not go back; `lost` is the share of the datagrams to the station that get lost.
   bool decide(const DetailCost& cost, double lost, Micros now);
 
   bool taken() const { return taken_; }

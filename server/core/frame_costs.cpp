@@ -6,7 +6,7 @@
 namespace palpate {
 
 void FrameCosts::Mean::take(double sample_s) {
-  constexpr double kLeastS = 1e-6;  // what was measured is known, however short
+  constexpr double kLeastS = 1e-6;  // a measured cost is never 0, which means unknown
   const double sample = std::max(sample_s, kLeastS);
   ++taken;
   if (taken <= kFirst)
@@ -30,7 +30,7 @@ void FrameCosts::take_patches(const Patches& patches, Micros passed) {
     if (patches.linear > 0) linear_.take(took_s / patches.linear);
     return;
   }
-  // Of a frame with both kinds the linear ones are taken to cost what they cost before.
+  // In a frame with both kinds, the linear patches are assumed to cost their mean.
   nonlinear_.take((took_s - patches.linear * linear_.mean_s) / patches.nonlinear);
 }
 

@@ -1,10 +1,10 @@
-// What frames cost lately: the body's step, a linear patch, a nonlinear one, and the rollouts that the nonlinear ones of a frame
-// share. Means of the last eight or so that were measured, known from the third on: the least of three is where they begin, as
-// the first frames of a touch are slower than those that follow, and one that something else holds up counts for no more than
-// four times the mean.
+// Recent costs of a frame's parts: the body's step, a linear patch, a nonlinear patch, and the rollouts that the nonlinear
+// patches of a frame share. Each cost is a running mean over about eight measurements and is known from the third on. It starts
+// from the least of the first three, as the first frames of a touch are slower than later ones; an outlier counts as at most four
+// times the mean.
 //
-// What is not done any more may cost something else by now, as the hand is elsewhere: its figure is halved every kForgotten, so
-// that it is tried again some time.
+// The cost of a part that is no longer computed becomes outdated as the hand moves on, so it is halved every kForgotten, until
+// the part is tried again.
 #pragma once
 
 #include "common/base/types.hpp"
@@ -15,21 +15,22 @@ class FrameCosts {
  public:
   static constexpr Micros kForgotten{30'000'000};
 
-  /// What a frame built and the time that it took together, of that for rollouts (0: there were none).
+  /// Patches that a frame built and the time they took together; `rollouts` is the rollouts' part of that time (0: there were
+  /// none).
   struct Patches {
     Micros took{}, rollouts{};
     int linear = 0, nonlinear = 0;
   };
   void take_step(Micros took);
-  /// `passed`: since the frame before.
+  /// `passed` is the time since the frame before.
   void take_patches(const Patches& patches, Micros passed);
 
-  // 0 = not known.
+  // Mean costs; 0 = not known yet.
   Micros step() const { return step_.known(); }
   Micros linear() const { return linear_.known(); }
   Micros nonlinear() const { return nonlinear_.known(); }
   Micros rollouts() const { return rollouts_.known(); }
-  // From the first one on:
+  // Mean costs from the first measurement on:
   Micros linear_so_far() const { return linear_.so_far(); }
   Micros nonlinear_so_far() const { return nonlinear_.so_far(); }
 

@@ -17,7 +17,7 @@ void FrameDetail::choose_schemes(Stations& stations, Micros now) {
   DetailCost cost{from_seconds(kSchemesMayTake * frame_s_), costs_.step(), Micros{}, costs_.nonlinear(), 0};
   for (const auto& [id, station] : stations) {
     if (station.chosen()) ++cost.shares;
-    if (station.pushes() && !station.chosen()) cost.others += patch_cost(*station.hello.scheme);  // shadows take what is left
+    if (station.pushes() && !station.chosen()) cost.others += patch_cost(*station.hello.scheme);  // shadows get the rest
   }
   for (auto& [id, station] : stations)
     if (!station.views()) choose_scheme(station, cost, now);
@@ -80,8 +80,8 @@ void FrameDetail::choose_served(Stations& stations, Micros now) {
   serve_within(**next, Micros::max());
 }
 
-/// Patches count as what was asked for: where a nonlinear one could not be had, to try it took the time. Those of a body that is
-/// reset were not built.
+/// Patches count by the scheme that was asked for: where a nonlinear patch failed, the attempt took the time. A body that is
+/// reset built none.
 bool FrameDetail::learn(const FrameResult& result, const Stations& stations, Micros passed) {
   if (result.failed || result.asleep || result.step_took == Micros{}) return false;
   costs_.take_step(result.step_took);

@@ -1,4 +1,4 @@
-// What the frames of the last second cost that stepped the body.
+// Cost of the frames that stepped the body within the last second.
 #pragma once
 
 #include <deque>
@@ -13,8 +13,8 @@ class FrameMeter {
 
   struct Figures {
     int frames = 0;
-    Micros took_mean{};           ///< from a frame's begin to its patches
-    double real_time_factor = 0;  ///< body time simulated per time taken, 0 without a frame
+    Micros took_mean{};           ///< mean time from a frame's start to its patches
+    double real_time_factor = 0;  ///< simulated body time per time spent, 0 without a frame
   };
 
   void add(Micros finished, Micros took, Micros simulated) {

@@ -57,7 +57,7 @@ bool FrameScheduler::tick(Stations& stations, Micros now) {
   return true;
 }
 
-/// `known`: how far tools are.
+/// `known` is the time up to which the tools are known.
 void FrameScheduler::leave_out_lag(Micros known) {
   if (known - body_time_ <= kBehindMost) return;
   counts_.left_out += known - kLongestFrame - body_time_;
@@ -74,7 +74,7 @@ Micros FrameScheduler::due(std::uint64_t frame) const {
   return first_tick_ + from_seconds(static_cast<double>(frame) / rate_hz_);
 }
 
-/// To the last frame that fell due while the room was idle, the next of them being the first not before `now`.
+/// Advances to the last frame that fell due while the room was idle; the frame after it is the first not before `now`.
 void FrameScheduler::wake(Micros now) {
   if (!asleep_ || job_out_) return;
   next_frame_ = static_cast<std::uint64_t>(seconds(now - first_tick_) * rate_hz_);
@@ -126,8 +126,8 @@ StationJob FrameScheduler::make_station_job(const Stations& stations, const Stat
   return job;
 }
 
-/// What it asked for. Who left it to us gets fewer moments where a patch has long to last: from there on a linear patch is wrong
-/// by what it leaves out of the body's bending, and more moments buy nothing but bytes.
+/// Returns the order that the station asked for. A station that left it to the server gets fewer moments for patches with a long
+/// horizon: there the error of a linear patch is that of neglecting nonlinearity, and more moments only cost bytes.
 int FrameScheduler::order(const Station& station, Micros horizon) const {
   if (station.hello.order > 0 || station.in_use.scheme != Scheme::port || contact_ != ContactKind::attach)
     return station.hello.order;
@@ -185,7 +185,7 @@ void FrameScheduler::count(const FrameResult& result, const Stations& stations, 
   if (gave_patches(result)) counts_.patches_seconds.add(seconds(result.patches_took));
   counts_.frames_asleep += slept;
   if (slept) return;
-  // What a frame costs in which the body sleeps says nothing of those in which it is touched.
+  // The cost of a frame in which the body sleeps says nothing about frames in which it is touched.
   const bool first = counts_.frames - counts_.frames_asleep == 1;
   compute_mean_ = first ? took : compute_mean_ + (took - compute_mean_) / 8;
   counts_.frames_without_rollouts += detail_.learn(result, stations, result.stamp - body_time_);

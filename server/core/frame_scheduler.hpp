@@ -1,28 +1,28 @@
-// When a frame begins, and what the body is given for it.
+// Decides when a frame begins and which inputs the body gets for it.
 //
-// Frames are due at the multiples of 1 / rate_hz from the first tick on; because one takes long its work is handed out: tick()
-// finds that a frame is due, next_job() gives it, finish() brings its result back. At most one job is out at a time. Of the
-// frames that fall due meanwhile the last begins as soon as it is back, the others are skipped and counted: a frame that was once
-// late goes less far than two, and the room catches up. One that is kBehindMost behind leaves out what it cannot make up for:
-// nothing moves in between, and the next frame is one of kLongestFrame up to now. Before the first job runs,
-// Room::start(body_time()) is due once.
+// Frames are due at multiples of 1 / rate_hz from the first tick on. A frame takes long, so its work is handed out: tick()
+// notices that a frame is due, next_job() returns the work, finish() accepts the result. At most one job is out at a time. Of the
+// frames that fall due meanwhile, the last begins as soon as the job is back; the others are skipped and counted. A frame
+// that begins late covers less than two periods, so the room catches up. A room that is more than kBehindMost behind drops the
+// body time that it cannot make up for: nothing moves during that time, and the next frame spans kLongestFrame up to now.
+// Room::start(body_time()) must be called once before the first job runs.
 //
-// Body time is the server's clock. A frame takes it as far as the tools are known (playout.hpp); it never goes back, a frame that
-// would advance it by less than kLeastFrame is skipped. A tool whose samples are not there yet goes on as it went for a while,
-// and is led back to where it truly was when they come (tool_track.hpp); its patches are newer for it, which is worth more to a
-// slow hand than what its tool is off by (`palpate-lab beside`).
+// Body time is the server's clock. A frame advances it as far as the tools are known (playout.hpp); it never goes back, and a
+// frame that would advance it by less than kLeastFrame is skipped. A tool whose samples are late is extrapolated for a while and
+// led back to its true path when they come (tool_track.hpp). Its patches are newer this way, which gains a slow hand more
+// accuracy than the extrapolation error costs (`palpate-lab beside`).
 //
 // A patch is made for the age that it will reach before the next one takes over,
 //
 //     horizon = max( as the station measures it,  max(rtt, lag + rtt / 2) + mean computing time + 1 / rate_hz )  <= kHorizonMost
 //
-// with lag the age of the body's state in this frame: so it is known before the station has said anything, and at once when the
-// body lags behind for another's samples. It is valid for as long as the link may be silent beside that: half as long again as
-// from the last patch before the longest run of losses to the first behind it, since a force that is cut and comes back is worse
-// to feel than one of an old patch.
+// where lag is the age of the body's state in this frame. So the horizon is known before the station reports anything, and grows
+// at once when the body lags because another station's samples are late. Beyond the horizon a patch stays valid for the longest
+// silence that the link may cause: one and a half times the span from the last patch before the longest run of losses to the
+// first one after it, as a force that is cut and returns feels worse than the force of an old patch.
 //
-// A room in which the body sleeps (room.hpp) and nobody is has no frames: its time stands still. With the first station it goes
-// on as if it had never stopped: at the frame that is due next, up to which the body has slept.
+// A room whose body sleeps (room.hpp) and that has no station runs no frames: its time stands still. When a station joins, it
+// continues as if it had never stopped, with the next due frame, up to which the body has slept.
 #pragma once
 
 #include <cstdint>
@@ -40,33 +40,33 @@
 namespace palpate {
 
 inline constexpr Micros kLeastFrame{1'000};
-inline constexpr Micros kHorizonMost{2'000'000};  ///< a station that says more is not believed
-inline constexpr Micros kBehindMost{1'000'000};   ///< further behind body time is left out
-inline constexpr Micros kSilenceMost{1'000'000};  ///< patches are not valid for longer for the sake of a link that loses them
+inline constexpr Micros kHorizonMost{2'000'000};  ///< a larger horizon reported by a station is clamped
+inline constexpr Micros kBehindMost{1'000'000};   ///< body time is dropped beyond this lag
+inline constexpr Micros kSilenceMost{1'000'000};  ///< a lossy link extends the validity of a patch by at most this
 
 struct FrameCounts {
-  std::uint64_t resets = 0;  ///< of the body
+  std::uint64_t resets = 0;  ///< resets of the body
   std::uint64_t frames = 0, frames_failed = 0;
-  std::uint64_t frames_busy = 0;              ///< skipped: one before was still being computed when the next fell due
+  std::uint64_t frames_busy = 0;              ///< skipped: the frame before was still being computed
   std::uint64_t frames_waiting = 0;           ///< skipped: no newer samples
-  std::uint64_t frames_asleep = 0;            ///< of `frames`: the body slept and was not stepped
-  std::uint64_t frames_without_rollouts = 0;  ///< of `frames`: there was no time for them
+  std::uint64_t frames_asleep = 0;            ///< those of `frames` in which the body slept and was not stepped
+  std::uint64_t frames_without_rollouts = 0;  ///< those of `frames` without time for rollouts
   std::uint64_t steps = 0, cut_steps = 0;
-  std::uint64_t tools_let_go = 0;             ///< as they cost more than hands do
-  Micros left_out{};                          ///< of body time: the room was too far behind
+  std::uint64_t tools_let_go = 0;             ///< tools released because their cost was far above that of a hand
+  Micros left_out{};                          ///< body time dropped because the room was too far behind
   Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
-  Micros simulated{}, stepping{};             ///< by frames that stepped the body; their part of frame_time_sum
-  BinCounts frame_seconds{kSecondsEdges};     ///< of `frames`: from next_job() to finish()
-  BinCounts patches_seconds{kSecondsEdges};   ///< of those in which somebody got a patch: what building them took
+  Micros simulated{}, stepping{};  ///< body time of frames that stepped the body; time spent on it, a part of frame_time_sum
+  BinCounts frame_seconds{kSecondsEdges};    ///< for all of `frames`: from next_job() to finish()
+  BinCounts patches_seconds{kSecondsEdges};  ///< time to build the patches, for frames with at least one patch
 };
 
-/// What a room has time for.
+/// Rate and delay that a room achieves.
 struct Pace {
-  double rate_hz = 0;  ///< frames a second, of the last second; the options' rate when none was skipped for lack of time
+  double rate_hz = 0;  ///< frames per second over the last second; the configured rate if none was skipped for lack of time
   Micros behind{};     ///< age of the body's newest state when it was computed
 };
 
-/// What stations and viewers are told of the body.
+/// State of the body as reported to stations and viewers.
 struct BodyNow {
   Micros time{};
   Pace pace;
@@ -79,23 +79,24 @@ class FrameScheduler {
  public:
   FrameScheduler(ContactKind contact, const ServerOptions& options);
 
-  /// False where a frame is due that does not begin now: one is still being computed, or there are no newer samples.
+  /// Returns false if a frame is due that does not begin now: one is still being computed, or there are no newer samples.
   [[nodiscard]] bool tick(Stations& stations, Micros now);
-  /// Somebody came to a room where nobody was.
+  /// Restarts the time of an empty room when a station joins.
   void wake(Micros now);
-  /// When tick() is due at the latest; Micros::max() when only somebody who comes can make it so.
+  /// Latest moment for the next tick(); Micros::max() if only a new station can make a frame due.
   Micros deadline(const Stations& stations) const;
   std::optional<FrameJob> next_job(Micros now);
   void finish(const FrameResult& result, Stations& stations, Micros now);
 
-  /// Whether who knows of so many resets asks for another one; who knows of another number asked for what is done.
+  /// Returns true if a station that has seen `resets` resets asks for another one. Any other number is a request already
+  /// fulfilled.
   bool is_new_reset(std::uint16_t resets) const { return resets == static_cast<std::uint16_t>(counts_.resets); }
-  /// The body is put back to rest with the next frame.
+  /// Puts the body back to rest with the next frame.
   void reset();
-  /// The frame that has not begun is not wanted any more; `ended`: nor any other.
+  /// Drops the frame that has not begun; with `ended`, no frame begins any more.
   void drop_job(bool ended);
   bool ended() const { return ended_; }
-  /// When the frame that is being computed began; nothing while there is none.
+  /// Start of the frame that is being computed; empty if there is none.
   std::optional<Micros> computing_since() const { return job_out_ ? std::optional(job_began_) : std::nullopt; }
 
   Micros body_time() const { return body_time_; }
@@ -104,7 +105,7 @@ class FrameScheduler {
   const Pace& pace() const { return pace_; }
   const FrameCounts& counts() const { return counts_; }
   FrameDetail& detail() { return detail_; }
-  /// Longest frame time since the last reset, for reports at intervals.
+  /// Longest frame time since the last reset_longest_frame(), for periodic reports.
   Micros longest_frame() const { return longest_frame_; }
   void reset_longest_frame() { longest_frame_ = Micros{}; }
 
@@ -122,15 +123,15 @@ class FrameScheduler {
   ContactKind contact_;
   double rate_hz_, deadband_;
   bool started_ = false, job_out_ = false, ended_ = false;
-  bool owed_ = false;    ///< a frame fell due and has not begun
-  bool asleep_ = false;  ///< the body, since the last frame
+  bool owed_ = false;    ///< true while a due frame has not begun
+  bool asleep_ = false;  ///< true if the body slept in the last frame
   bool reset_due_ = false;
   std::optional<FrameJob> job_;
   Micros first_tick_{}, body_time_{}, job_began_{}, compute_mean_{}, longest_frame_{};
-  Micros lag_{};  ///< how old the body's state is already when its frame falls due
+  Micros lag_{};  ///< age of the body's state at the moment its frame falls due
   std::uint64_t next_frame_ = 0;
   std::deque<std::uint8_t>
-      lately_;  ///< of the frames that fell due in the last second: 1 skipped because the last one took too long
+      lately_;  ///< frames that fell due in the last second: 1 if skipped because the one before took too long
   Pace pace_;
   FrameMeter meter_;
   FrameDetail detail_;

@@ -1,8 +1,8 @@
-// How long the samples of a station are waited for: what the age of its newest sample rarely exceeds before the next comes.
+// Time to wait for a station's samples: an age that its newest sample rarely exceeds before the next one comes.
 //
-// A tracker of that age's 98 % quantile: up by kUp where it is exceeded, down by kDown where not (0.1 of 5 ms: in balance 2 % of
-// the datagrams exceed it). A way that became shorter, by hundreds of milliseconds perhaps, must not be waited for any more: the
-// buffer is no longer than the oldest of the last two periods.
+// It tracks the 98 % quantile of that age: up by kUp when the age exceeds it, down by kDown otherwise (0.1 of 5 ms; in balance 2
+// % of the datagrams exceed it). When the path becomes shorter, perhaps by hundreds of milliseconds, the buffer follows at once:
+// it is never longer than the largest age of the last two periods.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +16,13 @@ class JitterBuffer {
  public:
   static constexpr Micros kUp{4'900}, kDown{100}, kPeriod{500'000};
 
-  /// The first samples came, so old.
+  /// Starts with the first samples, which came at this age.
   void begin(Micros age, Micros now) {
     *this = {};
     length_ = age;
     began_ = now;
   }
-  /// Newer samples came; the newest before them was of this age.
+  /// Adds newer samples; `age` is that of the newest one before them.
   void take(Micros age, Micros now) {
     length_ += age > length_ ? kUp : -kDown;
     oldest_ = std::max(oldest_, age);
@@ -35,7 +35,7 @@ class JitterBuffer {
 
  private:
   Micros length_{}, began_{};
-  Micros oldest_{}, oldest_before_ = Micros::max();  // of this period, of the one before
+  Micros oldest_{}, oldest_before_ = Micros::max();  // largest age in this period, and in the one before
 };
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
-// What a station says of the link to it, and how often each patch is sent for that.
+// Link quality as a station reports it, and the number of copies of each patch that follows from it.
 //
-// A patch that travels in n datagrams is lost with probability p^n where each of them is with p: n is the least that loses no
+// A patch sent in n datagrams, each lost with probability p, is lost with probability p^n. n is the least number that loses no
 // more than kPatchesLost of the patches, at most kPatchCopiesMost.
 #pragma once
 
@@ -8,17 +8,17 @@
 
 namespace palpate {
 
-inline constexpr double kPatchesLost = 0.002;  ///< share of the patches that may get lost: else they go more than once
-inline constexpr int kPatchCopiesMost = 3;     ///< datagrams that carry the same patch
-inline constexpr int kLossJudged = 20;         ///< datagrams at least, before a station's word on what it loses counts
+inline constexpr double kPatchesLost = 0.002;  ///< share of patches that may get lost; above it they are sent more than once
+inline constexpr int kPatchCopiesMost = 3;     ///< most datagrams that carry the same patch
+inline constexpr int kLossJudged = 20;         ///< fewest judged datagrams for a station's loss report to count
 
 struct LinkSaid {
-  Micros patch_age{};            ///< that its patches in use reach; 0 = it has not said
+  Micros patch_age{};            ///< age that its patches reach in use; 0 = not reported
   int patch_copies = 2;          ///< datagrams that carry each patch to it
-  bool loss_known = false;       ///< it has said what it loses
+  bool loss_known = false;       ///< true once it has reported its loss
   double lost = 0;               ///< share of the datagrams to it that get lost
-  int longest_run = 0;           ///< of datagrams to it that got lost one after the other
-  std::uint32_t ticks_late = 0;  ///< of its haptic loop
+  int longest_run = 0;           ///< longest run of consecutive lost datagrams to it
+  std::uint32_t ticks_late = 0;  ///< late ticks of its haptic loop
 
   void take(const Beat& beat) {
     patch_age = beat.link.patch_age;

@@ -1,4 +1,4 @@
-// The mesh of a room cut into datagrams: first its vertices, then its triangles.
+// Cuts the mesh of a room into datagrams: first its vertices, then its triangles.
 #pragma once
 
 #include "common/wire/messages.hpp"
@@ -7,7 +7,7 @@
 namespace palpate {
 
 std::uint32_t mesh_pieces(const BodyMesh& mesh);
-/// piece < mesh_pieces(facts.mesh)
+/// Requires piece < mesh_pieces(facts.mesh).
 MeshPiece mesh_piece(const RoomFacts& facts, std::uint32_t piece);
 
 }  // namespace palpate

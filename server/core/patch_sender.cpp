@@ -9,9 +9,9 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kLongestSaid{60'000'000};  // of what a beat says of how far the room is behind
+constexpr Micros kLongestSaid{60'000'000};  // largest lag that a beat reports
 
-/// As far as the wire carries it: of what cannot be read, a hand would feel and a viewer show nothing at all.
+/// Clamps a force to what the wire can carry: an unreadable message would leave hand and viewer with nothing at all.
 Vec3 as_carried(const Vec3& force) { return force.cwiseMax(-kMaxForceN).cwiseMin(kMaxForceN); }
 
 }  // namespace
@@ -73,7 +73,7 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
   if (station.patches_sent.size() > Deadband::kSentMax) station.patches_sent.pop_front();
 }
 
-/// In place of a patch that says no more than those from the one stamped `stamp` on.
+/// Replaces a patch that adds nothing to those from the one stamped `stamp` on by a beat.
 void PatchSender::renew(const Stations& stations, Station& station, Micros stamp) {
   const auto& sent = station.patches_sent;
   const auto oldest = std::find_if(sent.begin(), sent.end(), [&](const Station::SentPatch& p) { return p.stamp == stamp; });
@@ -84,8 +84,9 @@ void PatchSender::renew(const Stations& stations, Station& station, Micros stamp
   station.outbox.beat_copies = station.link.patch_copies;
 }
 
-/// Whether nothing is known of the tool for longer than the patch lasts: it would be played from where the tool is not any more.
-/// The samples of a shadow's tool come over the way of another station, and may take as long as that one's prediction horizon.
+/// Returns true if nothing is known of the tool for longer than the patch is valid: it would be played from a place that the tool
+/// has left. The samples of a shadow's tool come over another station's link, and may take as long as that station's prediction
+/// horizon.
 bool PatchSender::is_lost(const Stations& stations, const Station& station, const StationFrame& frame) const {
   const Station* const owner = stations.tool_of(station);
   if (!owner || owner->tool.timeline().empty()) return false;
@@ -100,12 +101,12 @@ void PatchSender::beat_all(Stations& stations, const BodyNow& body) {
 }
 
 void PatchSender::beat(const Stations& stations, Station& station) const {
-  if (station.outbox.patch) return;  // not sent yet, and it says as much
+  if (station.outbox.patch) return;  // not sent yet, and contains the same report
   station.outbox.beat = beat_for(stations, station, body_);
   station.outbox.beat_copies = 1;
 }
 
-/// What a datagram says that others have overtaken is known already.
+/// Reports of overtaken datagrams are ignored: their content is already known.
 void PatchSender::heard_playing(Station& station, std::uint32_t seq) const {
   if (deadband_ <= 0) return;
   auto& sent = station.patches_sent;

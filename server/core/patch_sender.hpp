@@ -1,17 +1,17 @@
-// What a frame's result becomes on the wire for the stations: patches with their terms and parity, or beats.
+// Turns a frame's result into messages for the stations: patches with their terms and parity, or beats.
 //
-// A patch is stamped, on its way out, in the clock of the station it goes to: for a station's own samples that is the exact
-// inverse of the mapping they came by (timeline.hpp). A shadow lives in the process of the station whose tool it shares and gets
-// its stamps through the timeline of that station.
+// A patch is stamped, when it is sent, in the clock of the station that receives it. For a station's own samples this is the
+// exact inverse of the mapping of those samples (timeline.hpp). A shadow runs in the process of the station whose tool it shares
+// and gets its stamps through that station's timeline.
 //
-// In place of a patch goes a beat where no contact is in reach, where the patch would say no more than those that the station has
-// (deadband.hpp: the beat says from which one on), and where the newest sample is older at the stamp than the patch is valid for:
-// the force fades as if nothing came from here either, and comes back with the samples.
+// A beat replaces a patch in three cases: no contact is in reach; the patch would add nothing to those that the station has
+// (deadband.hpp; the beat says from which one on); or the newest sample is older at the stamp than the patch's validity. In the
+// last case the force fades as on any silence, and returns with the samples.
 //
-// Each patch goes as often as the station's losses ask for (link_said.hpp). One with terms goes once, as the one before it, which
-// has terms too, is nearly as good: there is little to lose, and much to send; its pieces are followed by their parity where the
-// link loses more than kPatchesLost. Beside patches a station hears every kLinkReportEvery how link and room do, and at once when
-// the room falls behind or keeps up again.
+// Each patch is sent as often as the station's losses require (link_said.hpp). A patch with terms is sent once, as it is large
+// and the one before it, which has terms too, is nearly as good; its pieces are followed by their parity if the link loses more
+// than kPatchesLost. In addition to patches, a station gets a report on link and room every kLinkReportEvery, and at once when
+// the room falls behind or catches up.
 #pragma once
 
 #include "server/core/frame_scheduler.hpp"
@@ -20,24 +20,24 @@
 
 namespace palpate {
 
-inline constexpr double kSlowBelow = 0.95;  ///< of the frame rate: a room that has time for less says so to its stations
+inline constexpr double kSlowBelow = 0.95;  ///< share of the configured frame rate below which a room reports that it is slow
 
-/// What a station is told in its clock when it gets nothing else.
+/// Beat for a station, in its clock, when no patch is due.
 Beat beat_for(const Stations& stations, const Station& station, const BodyNow& body);
 
 class PatchSender {
  public:
   explicit PatchSender(const ServerOptions& options) : rate_hz_(options.rate_hz), deadband_(options.deadband) {}
 
-  /// A frame is done: something waits for every station that is no viewer.
+  /// Accepts a finished frame and queues a message for every station that is not a viewer.
   void take(FrameResult& result, Stations& stations, const BodyNow& body, Micros now);
-  /// There is no frame: all are told how the body does, viewers too.
+  /// Queues a beat about the body for everyone, viewers included, when there is no frame.
   void beat_all(Stations& stations, const BodyNow& body);
-  /// The station plays the patch of this seq, 0: none that we know.
+  /// Notes that the station plays the patch with this seq; 0: none that we know.
   void heard_playing(Station& station, std::uint32_t seq) const;
-  /// Bytes of the next datagram for the station, 0 when there is none.
+  /// Writes the next datagram for the station; returns its bytes, 0 if there is none.
   std::size_t emit(const Stations& stations, Station& station, std::span<std::byte> out, Micros now);
-  /// To all stations that were ever here.
+  /// Counts over all stations that ever joined.
   const PatchCounts& counts() const { return counts_; }
 
  private:
@@ -50,7 +50,7 @@ class PatchSender {
   void count(Station& station, const PatchCounts& more);
 
   double rate_hz_, deadband_;
-  BodyNow body_;  ///< as it was told last
+  BodyNow body_;  ///< last reported state
   PatchCounts counts_;
 };
 

@@ -24,7 +24,7 @@ Micros playout(const Stations& stations, Micros body_time, Micros now) {
   }
   auto target = now;
   if (known != Micros::max()) {
-    target = known;  // exactly a sample, even where it lies ahead of `now` by an error of the clocks
+    target = known;  // exactly a sample, even if it lies ahead of `now` by an error of the clocks
     if (waited_for > 1) target = std::max(target, now - wait);
   } else if (least_late != Micros::max()) {
     target = now - least_late;

@@ -1,21 +1,21 @@
-// How far a frame goes: the moment up to which the tools of a room are known, or as good as known.
+// Target time of a frame: the moment up to which the tools of a room are known, or nearly known.
 //
-// With one punctual station (its newest sample came within kLateAfter) up to that sample: nothing is gained by waiting, and
-// nothing is known beyond. With several as far as all are known, but it waits for nobody longer than that station's jitter
-// buffer, nor longer than kMostWait beyond the quickest station's:
+// With one punctual station (its newest sample came within kLateAfter) the target is that sample: waiting gains nothing, and
+// nothing is known beyond it. With several it is the moment up to which all are known, but no station is waited for longer than
+// its own jitter buffer, nor more than kMostWait longer than the quickest station:
 //
 //     target = max( min_i newest_i,  now - max_i min(buffer_i, min_j buffer_j + kMostWait) )       i, j punctual stations
 //
-// so that a slow hand costs a quick one that much age and no more. When all are late: now - the lag of the least late one. With
-// no tool at all: now. A frame is cut at kLongestFrame after the body's time.
+// so a slow hand makes a quick hand's patches at most that much older. If all stations are late, the target is now minus the lag
+// of the least late one; without any tool it is now. A frame ends at most kLongestFrame after the body's time.
 #pragma once
 
 #include "server/core/station.hpp"
 
 namespace palpate {
 
-inline constexpr Micros kLateAfter{150'000};  ///< no newer sample for so long: the tool stands still
-inline constexpr Micros kMostWait{20'000};    ///< that patches are older for the sake of a slower station's samples
+inline constexpr Micros kLateAfter{150'000};  ///< silence after which the tool is taken to stand still
+inline constexpr Micros kMostWait{20'000};    ///< most age that a slower station's samples add to patches
 inline constexpr Micros kLongestFrame{500'000};
 
 Micros playout(const Stations& stations, Micros body_time, Micros now);

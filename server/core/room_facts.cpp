@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint32_t kNone = ~0u;
 
-/// Every third bit of the result, from the lowest.
+/// Spreads ten bits to every third bit of the result, from the lowest.
 std::uint32_t spread(std::uint32_t ten_bits) {
   std::uint32_t bits = 0;
   for (unsigned k = 0; k < 10; ++k) bits |= (ten_bits >> k & 1u) << 3 * k;
@@ -21,10 +21,10 @@ std::uint32_t place_on_curve(const Vec3& x, const Vec3& low, double extent) {
   return place;
 }
 
-/// Two for each cell of a planar lattice, counter-clockwise seen from +z. Every cell has a spring along each diagonal; the ends
-/// of the one from its lowest corner are both joined to the two other corners, and to no other node.
+/// Two triangles for each cell of a planar lattice, counter-clockwise seen from +z. Every cell has a spring along each diagonal;
+/// the ends of the one from its lowest corner are both joined to the two other corners, and to no other node.
 std::vector<Triangle> sheet_triangles(const LumpedBody& body) {
-  constexpr double kDiagonal = 0.3;  // of its length, along x and y: a lateral spring has 0 along one of them
+  constexpr double kDiagonal = 0.3;  // least share of its length along x and y; a lateral spring has 0 along one of them
   std::vector<std::vector<std::uint32_t>> joined(body.nodes.size());
   for (const Element& e : body.elements) {
     joined[e.a].push_back(e.b);

@@ -1,4 +1,4 @@
-// What stations are told about a room. Plain data, so that the sessions need no body.
+// Facts about a room that stations receive. Plain data, so that sessions need no body.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,15 @@ namespace palpate {
 struct RoomFacts {
   std::string scene;
   ContactKind contact = ContactKind::touch;
-  Vec3 home = Vec3::Zero();            ///< where a tool starts: Room::home()
-  std::uint32_t nodes = 0;             ///< of the body, also those inside
-  BodyMesh mesh;                       ///< of its surface; of a planar body the cells of its lattice, a side of them
+  Vec3 home = Vec3::Zero();            ///< start of a tool: Room::home()
+  std::uint32_t nodes = 0;             ///< nodes of the body, inner ones included
+  BodyMesh mesh;                       ///< its surface; for a planar body one side of the cells of its lattice
   std::vector<std::uint32_t> node_of;  ///< node of each vertex of the mesh
   std::uint64_t mesh_hash = 0;
 };
 
-/// The mesh has the nodes that triangles use, along a space-filling curve (Z order, 10 bits an axis): what is next in number is
-/// near in space, so that a run of vertices moves as one.
+/// The mesh holds the nodes that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with
+/// neighbouring numbers are near each other in space, so that a run of vertices moves as one.
 RoomFacts facts_of(const Scene& scene, const Vec3& home);
 
 }  // namespace palpate

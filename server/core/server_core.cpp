@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr Micros kTimelineKept{4'000'000};  // of a tool's timeline behind the body
+constexpr Micros kTimelineKept{4'000'000};  // part of a tool's timeline that is kept behind body time
 
 std::optional<double> lost_to(const Station& station) {
   return station.link.loss_known ? std::optional(station.link.lost) : std::nullopt;
@@ -113,7 +113,7 @@ std::size_t ServerCore::emit(std::span<std::byte> out, PeerId& to, Micros now) {
   return size;
 }
 
-/// On from the station after the last, so that one with much to say does not silence the others.
+/// Continues with the station after the last, so that one with many datagrams does not silence the others.
 std::size_t ServerCore::emit_to_next(std::span<std::byte> out, PeerId& to, Micros now) {
   Stations& stations = sessions_.stations();
   for (std::size_t i = 0; i < stations.size(); ++i) {

@@ -1,22 +1,22 @@
-// The server's side of the sessions of one room without sockets, threads or clocks.
+// The server's side of one room's sessions, without sockets, threads or clocks.
 //
-// take a datagram, tick, emit datagrams, say the deadline; and, because a frame takes long, the body's work is handed out:
-// when tick() finds a frame due, next_job() gives it; the caller runs Room::run on whatever thread it likes and brings the
-// result back with finish(). Before the first job runs, Room::start(body_time()) is due once. Whoever drives the core hands over
-// all datagrams that came by a moment before it ticks at that moment.
+// The caller passes datagrams in, calls tick(), sends the datagrams of emit() and observes the deadline. A frame takes long, so
+// the body's work is handed out: when tick() finds a frame due, next_job() returns it; the caller runs Room::run on any thread
+// and returns the result with finish(). Room::start(body_time()) must be called once before the first job runs. All datagrams
+// that arrived by a moment must be passed in before the tick of that moment.
 //
-// It owns, and joins, what does the work on the stations of the room:
+// It owns and connects the parts that work on the room's stations:
 //
-//     Sessions         who is there: handshake, names, seats, leaving
-//     FrameScheduler   when a frame begins and what the body is given for it
-//     PatchSender      what a frame's result becomes for the stations
-//     ViewSender       and for the viewers
+//     Sessions         handshake, names, seats, leaving
+//     FrameScheduler   when a frame begins and which inputs the body gets
+//     PatchSender      messages for the stations from a frame's result
+//     ViewSender       messages for the viewers
 //
-// A station or viewer may ask for the body to be put back to rest (reset_request.hpp); the next frame that begins does so. It may
-// ask for two at once and two a minute, all of a room for four at once and six a minute: nobody takes the body out of the others'
-// hands. What is too soon waits, as who asks repeats it.
-// A room that takes longer over its frames than there is time for skips some: it slows down. It says so in its beats (rate_hz,
-// behind), and to stations that get patches in a beat beside them. Stamps stay those of the body.
+// A station or viewer may ask for a reset of the body to rest (reset_request.hpp); the next frame that begins performs it. One
+// station may reset twice at once and then twice a minute, a room four times at once and then six times a minute, so that nobody
+// takes the body out of the others' hands. A request that comes too soon has to wait; the requester repeats it.
+// A room whose frames take longer than their period skips some and so slows down. It reports this in its beats (rate_hz, behind),
+// which stations with patches get in addition. Stamps remain those of the body.
 #pragma once
 
 #include <array>
@@ -39,9 +39,9 @@ namespace palpate {
 struct DatagramCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
   std::array<std::uint64_t, kWireFaults> dropped{};
-  std::uint64_t resets_withheld = 0;                               ///< requests that came too soon after others
-  std::uint64_t unexpected = 0;                                    ///< messages that a server does not take
-  std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from who is no station; answers to Hellos and to those
+  std::uint64_t resets_withheld = 0;                               ///< reset requests that came too soon after others
+  std::uint64_t unexpected = 0;                                    ///< messages of a kind that a server does not accept
+  std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from senders without a station; answers to them
 
   std::uint64_t dropped_all() const;
 };
@@ -53,12 +53,13 @@ class ServerCore {
   ServerCore(RoomFacts facts, const ServerOptions& options);
 
   void take(std::span<const std::byte> bytes, PeerId from, Micros now);
-  /// What decode() made of `size` bytes.
+  /// Accepts the result of decode() on `size` bytes.
   void take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now);
   void tick(Micros now);
-  /// Bytes of the next datagram written into `out` and whom it is for, 0 when there is none. Call until 0.
+  /// Writes the next datagram into `out` and its receiver into `to`; returns its bytes, 0 if there is none. Call until it returns
+  /// 0.
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
-  /// When tick() is due at the latest; Micros::max() when only a datagram can make it so.
+  /// Latest moment for the next tick(); Micros::max() if only a datagram can make it due.
   Micros deadline() const;
 
   std::optional<FrameJob> next_job(Micros now) { return frames_.next_job(now); }
@@ -66,54 +67,56 @@ class ServerCore {
   /// Moment up to which the body was simulated. Meaningful from the first tick on.
   Micros body_time() const { return frames_.body_time(); }
 
-  /// Hears who comes, goes and is refused, and why.
+  /// Sets a listener for joins, leaves and refusals, with their reasons.
   void on_event(std::function<void(const RecordedEvent&)> listener) { sessions_.on_event = std::move(listener); }
-  /// Hears each change of the buttons of a station's tool, once; server's clock.
+  /// Sets a listener for each change of the buttons of a station's tool, called once per change; server clock.
   void on_buttons(std::function<void(StationId, const ButtonChange&)> listener) { on_buttons_ = std::move(listener); }
-  /// Hears what a station gets that left the scheme to the server: first, and at each change.
+  /// Sets a listener for the scheme of a station that left it to the server: called at the start and at each change.
   void on_scheme(std::function<void(const std::string& station, const SchemeInUse&)> listener) {
     frames_.detail().on_scheme = std::move(listener);
   }
 
-  /// Hears whose tool was let go of, as it cost more than hands do.
+  /// Sets a listener for tools that were released because their cost was far above that of a hand.
   void on_let_go(std::function<void(const Station&)> listener) { on_let_go_ = std::move(listener); }
 
-  /// Whether two senders have one key and the first is the newer session: a station gives its name to its successor.
+  /// Sets the test whether two senders have one key and the first is the newer session: a station hands its name to its
+  /// successor.
   void know_successors(std::function<bool(PeerId, PeerId)> succeeds) { sessions_.succeeds = std::move(succeeds); }
 
-  /// Nobody is let in any more; who is there stays.
+  /// Refuses new sessions; existing ones stay.
   void drain() { sessions_.drain(kShuttingDown); }
   bool draining() const { return sessions_.draining(); }
-  /// Everyone is told and forgotten.
+  /// Says goodbye to all stations and removes them.
   void shut_down(Micros now) { close(kShuttingDown, false, now); }
-  /// Those whom shut_down() told are told again, as the first may have been lost.
+  /// Repeats the goodbyes of shut_down(), as the first may have been lost.
   void repeat_goodbyes(Micros now) { sessions_.repeat_goodbyes(now); }
-  /// All that this peer has in the room is told so, and forgotten: its key does not count any more.
+  /// Says goodbye to all stations of this peer in the room and removes them: its key is no longer valid.
   void expel(PeerId peer, Micros now) { sessions_.expel(peer, now); }
-  /// Queues an answer to someone who is not, or not any more, in the room; of at most `limit` bytes.
+  /// Queues an answer of at most `limit` bytes to a sender that is not, or no longer, in the room.
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
     sessions_.refuse(question, to, refusal, limit, now);
   }
-  /// The body cannot go on: everyone is told why and forgotten, who comes is refused with that, and no frame begins any more.
+  /// Ends the room, as the body cannot continue: all stations get the reason and are removed, new ones are refused with it, and
+  /// no frame begins any more.
   void end(const std::string& why, Micros now) { close(why, true, now); }
   bool ended() const { return frames_.ended(); }
-  /// When the frame that is being computed began; nothing while there is none.
+  /// Start of the frame that is being computed; empty if there is none.
   std::optional<Micros> computing_since() const { return frames_.computing_since(); }
-  /// Whether it is for a station of this room, or for one that is about to be.
+  /// Returns true if the message is for a station of this room, or for one that is about to join.
   bool knows(const Message& message, PeerId from, Micros now) const { return sessions_.knows(message, from, now); }
-  /// Whether a station of this room is there.
+  /// Returns true if a station of this room is at this peer.
   bool serves(PeerId peer) const { return sessions_.serves(peer); }
 
   ServerCounts counts() const { return {counts_, sessions_.counts(), frames_.counts(), patches_.counts()}; }
-  /// Longest frame time since the last reset, for reports at intervals.
+  /// Longest frame time since the last reset_longest_frame(), for periodic reports.
   Micros longest_frame() const { return frames_.longest_frame(); }
   void reset_longest_frame() { frames_.reset_longest_frame(); }
   std::vector<StationReport> stations() const;
-  /// Of a station's tool, the newest that came; nothing where the device has none.
+  /// Newest orientation of a station's tool; empty if the device has none.
   Orientation orientation(StationId id) const;
   const Pace& pace() const { return frames_.pace(); }
   std::size_t station_count() const { return sessions_.stations().size(); }
-  /// Whether anybody feels the body: viewers aside.
+  /// Returns true if a station other than a viewer is in the room.
   bool has_hands() const;
   const ServerOptions& options() const { return options_; }
   const RoomFacts& facts() const { return views_.facts(); }
@@ -121,7 +124,7 @@ class ServerCore {
  private:
   static constexpr const char* kShuttingDown = "the server is shutting down";
 
-  /// False for a message that a server does not take from such a station.
+  /// Returns false for a message that a server does not accept from such a station.
   bool take_from(Station& station, const Body& body, Micros now);
   void close(const std::string& why, bool ended, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);

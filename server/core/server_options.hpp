@@ -1,4 +1,4 @@
-// What whoever runs a room decides about it.
+// Options that the operator of a room chooses.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 namespace palpate {
 
 struct ServerOptions {
-  SecretSource draw;  ///< secrets of sessions
+  SecretSource draw;  ///< source of the secrets of sessions
   double rate_hz = 20;
-  std::string room = {};   ///< its name, for stations that ask for one; empty: it has none
+  std::string room = {};   ///< name, for stations that ask for one; empty: none
   std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another
-  double deadband = 0;     ///< share of a force below which a change is not sent (deadband.hpp), 0 = every patch is
+  double deadband = 0;     ///< share of a force below which a change is not sent (deadband.hpp); 0 = every patch is sent
 };
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
-// The rooms of one server process: which of them a datagram is for.
+// The rooms of one server process; routes each datagram to its room.
 //
-// A Hello names its room (the first when it names none, and an unknown name is refused with the list of those there are); every
-// other datagram carries the number and the secret that its room's Welcome gave. So rooms share nothing but the socket: a station
-// in one is a stranger to the others. What nobody knows is answered by the first room.
+// A Hello names its room (without a name it gets the first; an unknown name is refused with a list of the rooms). Every other
+// datagram carries the number and the secret from its room's Welcome. So rooms share nothing but the socket, and a station of one
+// room is a stranger to the others. A datagram that belongs to no room is answered by the first.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ class ServerRooms {
     std::string name;
     RoomFacts facts;
   };
-  /// At least one room; names differ.
+  /// Requires at least one room, and distinct names.
   ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband = 0);
 
   std::size_t size() const { return cores_.size(); }
@@ -28,24 +28,24 @@ class ServerRooms {
   const std::string& name(std::size_t k) const { return cores_[k]->options().room; }
 
   void take(std::span<const std::byte> bytes, PeerId from, Micros now);
-  /// What decode() made of `size` bytes.
+  /// Accepts the result of decode() on `size` bytes.
   void take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now);
-  /// In place of an answer to this message.
+  /// Queues a refusal in place of an answer to this message.
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now);
   void expel(PeerId peer, Micros now);
-  /// ServerCore::know_successors of all rooms.
+  /// Calls ServerCore::know_successors of all rooms.
   void know_successors(const std::function<bool(PeerId, PeerId)>& succeeds);
-  /// Of all rooms.
+  /// Ticks all rooms.
   void tick(Micros now);
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);
   Micros deadline() const;
-  /// Nobody is let in any more; who is there stays.
+  /// Refuses new sessions; existing ones stay.
   void drain();
-  /// Whether anybody feels a body: viewers aside.
+  /// Returns true if a station other than a viewer is in any room.
   bool has_hands() const;
   void shut_down(Micros now);
   void repeat_goodbyes(Micros now);
-  /// Whether a station of any room is there.
+  /// Returns true if a station of any room is at this peer.
   bool serves(PeerId peer) const;
 
  private:

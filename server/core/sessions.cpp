@@ -9,16 +9,16 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostReplies = 256;  // as many as datagrams are taken at once
+constexpr std::size_t kMostReplies = 256;  // as many as datagrams received at once
 
-/// "hand-2" and "hand" are both like "hand".
+/// Strips a trailing number: "hand-2" and "hand" are both like "hand".
 std::string without_number(const std::string& name) {
   const std::size_t last = name.find_last_not_of("0123456789");
   const bool numbered = last != std::string::npos && last > 0 && last + 1 < name.size() && name[last] == '-';
   return numbered ? name.substr(0, last) : name;
 }
 
-/// Of whatever scheme it may get.
+/// Most states over all schemes that the station may get.
 int most_states_for(SchemeAsked scheme, ContactKind contact) {
   const auto most = [contact](Scheme s) { return 2 * max_port_modes(contact, s); };
   return scheme ? most(*scheme) : std::min(most(Scheme::port), most(Scheme::hyper));
@@ -43,8 +43,8 @@ Sessions::Sessions(const RoomFacts& facts, const ServerOptions& options)
 }
 
 Station* Sessions::take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now) {
-  // Whatever two servers refuse, they must not answer each other: no Refuse gets a Refuse, of whatever version (it is shorter
-  // than any Hello).
+  // Two servers must never answer each other: no Refuse is answered with a Refuse, of whatever version (it is shorter than any
+  // Hello).
   if (fault == WireFault::version && size >= kHelloBytes)
     refuse(message, from,
            {RefuseReason::version, "this server speaks wire version " + std::to_string(kWireVersion) + ", the station another"},
@@ -105,7 +105,7 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
   answer(message, {handshake->secret, handshake->id, 0, {}, welcome_for(handshake->hello)}, from, size, now);
 }
 
-/// nullptr when others were quicker.
+/// Returns nullptr if other stations were quicker.
 Station* Sessions::admit(Handshake& handshake, Micros now) {
   if (objection(handshake.hello, handshake.peer, now)) return nullptr;
   if (const Station* const old = stations_.named(handshake.hello.station)) {
@@ -141,7 +141,7 @@ Welcome Sessions::welcome_for(const Hello& hello) const {
   return welcome;
 }
 
-/// Why this Hello cannot be granted.
+/// Returns the reason why this Hello cannot be granted; empty if it can.
 std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micros now) const {
   using enum RefuseReason;
   if (!ended_.empty()) return Refuse{bad_request, ended_};
@@ -176,7 +176,7 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micro
 
 bool Sessions::is_successor(const Station& holder, PeerId from) const { return succeeds && succeeds(from, holder.peer); }
 
-/// Its name to this sender.
+/// Returns true if the holder has to give its name to this sender.
 bool Sessions::gives_way(const Station& holder, PeerId from, Micros now) const {
   const Micros silent = now - holder.heard;
   if (holder.peer == from || silent > kSilentAfter) return true;
@@ -186,15 +186,15 @@ bool Sessions::gives_way(const Station& holder, PeerId from, Micros now) const {
   return (!holder.views() && silent >= kSuccessorAfter) || (in_vain && holder.echoed <= claim.since);
 }
 
-/// A successor, until it is known whether the holder lives.
+/// Returns true while a successor has to wait for evidence whether the holder lives.
 bool Sessions::has_to_wait(const Hello& hello, PeerId from, Micros now) {
   Station* const holder = stations_.named(hello.station);
   if (!holder || gives_way(*holder, from, now) || !is_successor(*holder, from)) return false;
   Station::Claim& claim = holder->claim;
-  if (claim.by > from) return false;  // one that is newer asks too
+  if (claim.by > from) return false;  // a newer one asks as well
   if (claim.by < from) claim = {from, now};
   if (holder->echoed <= claim.since) return true;
-  claim.since = now;  // it lives; who asks again wants it shown again
+  claim.since = now;  // the holder lives; the next request starts a new test
   return false;
 }
 
@@ -228,7 +228,7 @@ Station* Sessions::take_from(Station& station, const Message& message, Micros no
   return nullptr;
 }
 
-/// Queues an answer to someone who is not, or not any more, in the room: of his own instance number, not of ours.
+/// Queues an answer to a sender that is not, or no longer, in the room; it carries the sender's instance number, not ours.
 void Sessions::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
   ++counts_.refusals;
   ++counts_.refused[static_cast<std::size_t>(refusal.reason)];
@@ -270,7 +270,7 @@ void Sessions::shut_down(const std::string& why, bool ended, Micros now) {
   repeat_goodbyes(now);
 }
 
-/// In answer to the newest that it said: a station believes no other (ClientCore).
+/// Answers the newest datagram of the station, as a station accepts no other goodbye (ClientCore).
 void Sessions::say_goodbye(const Station& station, const Refuse& why, Micros now) {
   Message goodbye{station.secret, station.id, 0, {}, why};
   goodbye.clock.echo = station.clock.stamp(now).echo;
@@ -309,7 +309,7 @@ void Sessions::tell(RecordedEventKind kind, StationId id, const Hello& hello, co
   on_event({now, kind, id, role, hello.scheme.value_or(kWithoutChoice), hello.station, text});
 }
 
-/// Who sent the same Hello before, by the name that it asked for then or the one that it got.
+/// Returns the station that sent the same Hello before, with the name that it asked for then or the name that it got.
 Station* Sessions::asked_before(const Hello& hello, PeerId from) {
   for (auto& [id, station] : stations_)
     if (station.peer == from && same_wish(station.hello, hello) &&
@@ -318,8 +318,7 @@ Station* Sessions::asked_before(const Hello& hello, PeerId from) {
   return nullptr;
 }
 
-/// `like` itself where nobody has it or its holder gives way to a successor, else the first of "like-2", "like-3" ... that nobody
-/// has.
+/// Returns `like` if it is free or its holder gives way to a successor, else the first free one of "like-2", "like-3" ...
 std::string Sessions::free_name(const std::string& like, PeerId from, Micros now) const {
   std::string name = like;
   if (const Station* const holder = stations_.named(like); holder && is_successor(*holder, from) && gives_way(*holder, from, now))

@@ -9,10 +9,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kHeadBytes = 28 + 140;  // UDP and IP; what encode() puts around the blocks of a piece
-constexpr double kBurstFrames = 2;       // what a viewer may save up of its budget
-constexpr double kNearTool = 64;         // times as visible as elsewhere
-constexpr double kNearShare = 0.08;      // of the body's diagonal
+constexpr double kHeadBytes = 28 + 140;  // UDP and IP headers; what encode() adds around the blocks of a piece
+constexpr double kBurstFrames = 2;       // budget that a viewer may accumulate
+constexpr double kNearTool = 64;         // weight near a tool, relative to elsewhere
+constexpr double kNearShare = 0.08;      // share of the body's diagonal
 constexpr double kScalarSteps = 255, kHoldScalar = 1.5;
 
 bool wants(const ShapeViewer& viewer, ShapeChannel channel) {
@@ -48,13 +48,13 @@ ShapeStream::ShapeStream(const RoomFacts& facts, double rate_hz) : node_of_(fact
     channels_[k].numbers.assign(
         rest_.size() * static_cast<std::size_t>(components_of(ShapeChannel{static_cast<std::uint8_t>(k)})), 0);
     channels_[k].blocks.resize(blocks);
-    channels_[k].unit = 0x1p-20;  // of what has no limit known beforehand
+    channels_[k].unit = 0x1p-20;  // initial unit of values without a known limit
   }
   channels_[index_of(ShapeChannel::position)].unit = kShapeStepM;
   channels_[index_of(ShapeChannel::support)].unit = 1 / kScalarSteps;
 }
 
-/// Moves the numbers of a channel to `value(vertex, component)`, in units of it, where they are further than `hold` away.
+/// Sets the numbers of a channel to `value(vertex, component)`, in its units, if they differ by more than `hold`.
 template <class Value>
 void ShapeStream::renew(ShapeChannel which, double hold, const Value& value) {
   Channel& channel = channels_[index_of(which)];
@@ -66,7 +66,7 @@ void ShapeStream::renew(ShapeChannel which, double hold, const Value& value) {
       for (int k = 0; k < n; ++k) {
         std::int32_t& number = channel.numbers[v * static_cast<std::size_t>(n) + static_cast<std::size_t>(k)];
         const double wanted = value(v, k);
-        if (!(std::abs(wanted - number) > hold)) continue;  // also what is not a number
+        if (!(std::abs(wanted - number) > hold)) continue;  // also skips NaN
         const auto moved =
             static_cast<std::int32_t>(std::lround(std::clamp(wanted, -double{kMaxBlockNumber}, double{kMaxBlockNumber})));
         largest = std::max(largest, std::abs(moved - number));
@@ -90,7 +90,7 @@ void ShapeStream::take(const ShapeFrame& frame) {
   weigh(frame.tools);
 }
 
-/// Of what has no limit known beforehand the unit doubles until the largest fits into 8 bits, or a viewer would not take it.
+/// For values without a known limit, the unit doubles until the largest fits into 8 bits, as a viewer would refuse more.
 void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalars) {
   Channel& channel = channels_[index_of(which)];
   float largest = 0;
@@ -106,7 +106,7 @@ Vec3 ShapeStream::vertex(std::size_t v) const {
   return rest_[v] + kShapeStepM * Vec3(numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2]);
 }
 
-/// By the vertex of a block that is nearest to a tool: what the eye follows comes first by a wide margin.
+/// Weights blocks by their vertex nearest to a tool: the blocks that the eye follows come first by a wide margin.
 void ShapeStream::weigh(const std::vector<Vec3>& tools) {
   auto& blocks = channels_[index_of(ShapeChannel::position)].blocks;
   for (Block& block : blocks) block.weight = 1;

@@ -11,7 +11,7 @@ void StationLinks::observe(const std::vector<StationReport>& stations) {
     if (s.patch_age > Micros{0}) patch_age_seconds.add(seconds(s.patch_age));
     if (s.lost_up) lost_up.add(*s.lost_up);
     if (s.lost_down) lost_down.add(*s.lost_down);
-    // A station that joins had late ticks before: they are not of this session. A count that falls is one that began anew.
+    // Late ticks before a station joined do not belong to this session. A count that falls has begun anew.
     const auto known = ticks_known_.find(s.id);
     if (known != ticks_known_.end() && s.ticks_late > known->second) ticks_late += s.ticks_late - known->second;
     ticks[s.id] = s.ticks_late;

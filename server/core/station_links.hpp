@@ -1,4 +1,4 @@
-// How the links of a room's stations do, over all that were ever there: each call of observe() counts every station once.
+// Link statistics over all stations that a room ever had: each call of observe() counts every present station once.
 #pragma once
 
 #include <map>
@@ -11,14 +11,14 @@ namespace palpate {
 
 struct StationLinks {
   BinCounts rtt_seconds{kSecondsEdges};        ///< mean round trip of the station
-  BinCounts patch_age_seconds{kSecondsEdges};  ///< that its patches reach, as it says
+  BinCounts patch_age_seconds{kSecondsEdges};  ///< age that its patches reach, as it reports
   BinCounts lost_up{kShareEdges}, lost_down{kShareEdges};
-  std::uint64_t ticks_late = 0;  ///< of all haptic loops, as they say
+  std::uint64_t ticks_late = 0;  ///< sum over all haptic loops, as reported
 
   void observe(const std::vector<StationReport>& stations);
 
  private:
-  std::map<StationId, std::uint32_t> ticks_known_;  ///< of those who are there
+  std::map<StationId, std::uint32_t> ticks_known_;  ///< counts already added, for present stations
 };
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
-// One station's tool on the server's clock, and the way back from there into the station's own clock.
+// Samples of one station's tool on the server's clock, with the mapping back to the station's own clock.
 //
-// Every sample is kept with both its times (t_station, t_server). Between neighbours the two clocks are related linearly, just
-// as the tool moves linearly there, so an instant goes back exactly (to the microsecond) to where it came from, however the
-// estimate of the clock offset moved meanwhile. Before the first and after the last sample that pair's offset holds.
+// Every sample is kept with both its times (t_station, t_server). Between neighbours the two clocks are related linearly, and the
+// tool moves linearly, so an instant maps back exactly (to the microsecond) however the estimate of the clock offset changed
+// meanwhile. Before the first and after the last sample, the offset of that sample holds.
 #pragma once
 
 #include <deque>
@@ -14,27 +14,27 @@ namespace palpate {
 
 class Timeline {
  public:
-  static constexpr std::size_t kMost = 8192;  ///< samples kept at most, the oldest go first
-  /// Of its station's clock, a quarter of a tick: what comes sooner after the one before is left out, as recordings and frames
-  /// have to take all that is kept.
+  static constexpr std::size_t kMost = 8192;  ///< most samples kept; the oldest are dropped first
+  /// Least distance of two samples on the station's clock, a quarter of a tick. A sample that follows sooner is dropped, as
+  /// recordings and frames have to hold all that is kept.
   static constexpr Micros kLeastApart{250};
 
-  /// Appends a sample; t_server is raised where needed to stay ascending. False when the sample is not newer than the last
-  /// (a repeat, or a late datagram): what a lost datagram left open stays open, the tool moves linearly there.
+  /// Appends a sample; t_server is raised if needed to stay ascending. Returns false if the sample is not newer than the last (a
+  /// repeat or a late datagram): the gap of a lost datagram stays open, and the tool moves linearly across it.
   bool add(Micros t_station, Micros t_server, const Vec3& position);
-  /// Forgets what would be later than `t_station`: the clock of the station was not what it was taken for.
+  /// Drops the samples later than `t_station`, after the station's clock turned out to be wrong.
   void forget_after(Micros t_station);
-  /// Forgets what is older than `t_server`, but never the last sample.
+  /// Drops the samples older than `t_server`, but never the last one.
   void forget_before(Micros t_server);
 
   bool empty() const { return entries_.empty(); }
   std::size_t size() const { return entries_.size(); }
-  Micros newest() const { return entries_.back().t_server; }  ///< server clock; not when empty
+  Micros newest() const { return entries_.back().t_server; }  ///< server clock; must not be empty
 
-  /// From the server's clock into the station's. Not when empty.
+  /// Converts server time to the station's clock. Must not be empty.
   Micros to_station(Micros t_server) const;
-  /// The newest sample not later than `after`, then all up to and with the first one at or beyond `target`, in the server's
-  /// clock: what it takes to know the tool from `after` to `target`.
+  /// Returns the newest sample not later than `after`, then all up to and including the first one at or beyond `target`, in the
+  /// server's clock: the samples that define the tool's path from `after` to `target`.
   std::vector<ToolSample> between(Micros after, Micros target) const;
 
  private:

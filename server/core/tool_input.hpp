@@ -1,9 +1,8 @@
-// What the server knows of a station's tool: its samples on the server's clock, how late they come, how it is held.
+// Input from a station's tool: its samples on the server's clock, their delay, the tool's orientation and buttons.
 //
-// A sample of the client's time t counts from t - offset on, offset being that of the two clocks (clock_sync.hpp). No datagram is
-// mapped to after it came, so that a sample that would lie more than kSampleAhead after that is refused; and so that those which
-// are there do not keep out the true ones, they are forgotten where they turn out to lie in the future, as the clock was found
-// anew.
+// A sample of client time t counts from t - offset on, where offset is that of the two clocks (clock_sync.hpp). No sample can be
+// newer than its datagram: one more than kSampleAhead after its arrival is refused. Stored samples that turn out to lie in the
+// future, after the clock offset was estimated anew, are dropped, so that they do not block the true ones.
 //
 //     age of the tool   now - newest sample, both on the server's clock
 //     lag               that age when the newest sample came
@@ -17,23 +16,23 @@
 
 namespace palpate {
 
-inline constexpr Micros kSampleAhead{20'000};  ///< of rounding, and of a tick that is stamped before it is due
+inline constexpr Micros kSampleAhead{20'000};  ///< tolerance for rounding, and for a tick that is stamped before it is due
 
 struct SampleCounts {
-  std::uint64_t samples = 0;          ///< new ones
-  std::uint64_t samples_late = 0;     ///< of these: too late for the body, which had gone past them
-  std::uint64_t samples_refused = 0;  ///< from the future, or before the clocks were known
+  std::uint64_t samples = 0;          ///< new samples
+  std::uint64_t samples_late = 0;     ///< those of `samples` that came too late: the body had passed them
+  std::uint64_t samples_refused = 0;  ///< samples from the future, or before the clocks were known
 };
 
 class ToolInput {
  public:
-  /// Samples that came at `now`; the body is simulated up to `body_time`. `on_buttons` hears each change of the buttons, once,
-  /// in the server's clock.
+  /// Accepts samples that came at `now`, with the body simulated up to `body_time`. `on_buttons` is called once for each change
+  /// of the buttons, in the server's clock.
   template <class OnButtons>
   void take(const Samples& samples, const ClockSync& clock, Micros body_time, Micros now, const OnButtons& on_buttons) {
     if (!add(samples, clock, body_time, now)) return;
     orientation_ = samples.orientation;
-    for (const ButtonChange& change : samples.buttons) {  // changes are repeated, and come again out of order
+    for (const ButtonChange& change : samples.buttons) {  // changes are repeated, and may arrive out of order
       if (change.t <= buttons_.t) continue;
       const bool changed = change.pressed != buttons_.pressed;
       buttons_ = change;
@@ -43,7 +42,7 @@ class ToolInput {
   void forget_before(Micros t_server) { timeline_.forget_before(t_server); }
 
   const Timeline& timeline() const { return timeline_; }
-  Micros heard() const { return heard_; }  ///< when the newest sample came
+  Micros heard() const { return heard_; }  ///< arrival of the newest sample
   Micros lag() const { return lag_; }
   Micros buffer() const { return buffer_.length(); }
   const Orientation& orientation() const { return orientation_; }  ///< the newest that came
@@ -51,7 +50,7 @@ class ToolInput {
   const SampleCounts& counts() const { return counts_; }
 
  private:
-  /// Whether there was a new one.
+  /// Returns true if there was a new sample.
   bool add(const Samples& samples, const ClockSync& clock, Micros body_time, Micros now);
 
   Timeline timeline_;

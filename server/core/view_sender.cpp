@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostNamedBytes = 900;  // of names and states in a datagram; a room with more shows the first
+constexpr std::size_t kMostNamedBytes = 900;  // bytes for names and states in a datagram; a larger room shows its first stations
 
 }  // namespace
 
@@ -54,7 +54,7 @@ std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::spa
   return size;
 }
 
-/// All of it at once, and as much again for datagrams that get lost; from then on at the viewer's rate.
+/// Allows the whole mesh at once, and as much again for lost datagrams; further pieces at the viewer's rate.
 bool ViewSender::may_have_mesh(Station& viewer, Micros now) const {
   const double most = 2.0 * mesh_pieces(facts_.mesh) * kMaxDatagramBytes;
   auto& left = viewer.outbox.mesh_bytes;
@@ -64,7 +64,7 @@ bool ViewSender::may_have_mesh(Station& viewer, Micros now) const {
   return *left > 0;
 }
 
-/// The pieces of the newest frame, then the tools, which say how many there were.
+/// Emits the pieces of the newest frame, then the tools with the number of pieces.
 std::size_t ViewSender::emit_shape(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now) {
   ShapePiece piece;
   while (shapes_.next(viewer.shape, piece)) {

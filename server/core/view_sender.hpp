@@ -1,7 +1,7 @@
-// What viewers are sent: the mesh that they ask for, of each frame the shape and the tools, and now and then how the room does.
+// Sends viewers the mesh that they ask for, the shape and the tools of each frame, and at intervals the state of the room.
 //
-// After each frame a viewer gets the pieces of the shape that its budget allows (shape_stream.hpp), then the tools, which say how
-// many pieces there were. Pieces of the mesh go when nothing else waits, at most kMostMeshPieces of those that it asked for.
+// After each frame a viewer gets the pieces of the shape that its budget allows (shape_stream.hpp), then the tools, which include
+// the number of pieces. Pieces of the mesh are sent when nothing else waits, at most kMostMeshPieces of those requested.
 #pragma once
 
 #include "server/core/frame_scheduler.hpp"
@@ -13,16 +13,16 @@ namespace palpate {
 
 class ViewSender {
  public:
-  static constexpr std::size_t kMostMeshPieces = 64;  ///< asked for and not yet sent, a viewer
+  static constexpr std::size_t kMostMeshPieces = 64;  ///< most pieces per viewer that are requested and not yet sent
 
   ViewSender(RoomFacts facts, double rate_hz) : facts_(std::move(facts)), shapes_(facts_, rate_hz) {}
 
-  /// A frame is done.
+  /// Accepts a finished frame.
   void take(const FrameResult& result, Stations& stations, const BodyNow& body, Micros now);
   void heard(Station& viewer, const ViewState& state) const { shapes_.heard(viewer.shape, state); }
-  /// False where the mesh has no such piece.
+  /// Queues pieces of the mesh; returns false if the mesh has no such piece.
   bool asked(Station& viewer, const MeshRequest& request) const;
-  /// Bytes of the next datagram for a viewer, 0 when there is none.
+  /// Writes the next datagram for a viewer; returns its bytes, 0 if there is none.
   std::size_t emit(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now);
   const RoomFacts& facts() const { return facts_; }
 

@@ -1,9 +1,10 @@
-// Which part of a core the frames of a room get: processor time over time on the wall, of the last second of computing or so,
+// Share of a processor core that the frames of a room get: processor time over wall time, averaged over about the last second of
+// computing,
 //
 //     share = sum_k e_k p_k / sum_k e_k w_k,     e_k = exp(-(w_(k+1) + ... + w_n) / kOver)
 //
-// p_k, w_k of frame k. A room that is slow and has a core to itself has too large a body; one with a part of a core is starved by
-// what else runs on the machine.
+// with the processor time p_k and the wall time w_k of frame k. A slow room with a core to itself has too large a body; a slow
+// room with only a part of a core is starved by other load on the machine.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@ namespace palpate {
 class CoreShare {
  public:
   static constexpr Micros kOver{1'000'000};
-  static constexpr double kStarvedBelow = 0.8;  ///< a core alone gives 0.97 and more
+  static constexpr double kStarvedBelow = 0.8;  ///< an undisturbed core gives 0.97 and more
 
   void add(Micros processor, Micros wall) {
     const double stays = std::exp(-seconds(wall) / seconds(kOver));

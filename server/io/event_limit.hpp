@@ -1,7 +1,6 @@
-// How many lines of each kind a log takes, whatever happens how often: kBurst at once, one each kRefill (rate_limit.hpp); what is
-// more is left out.
+// Limits the log lines of each kind: kBurst at once, then one per kRefill (rate_limit.hpp); further lines are dropped.
 //
-// So a day has at most kBurst + 86,400 lines of a kind. The next line that is let through says how many were left out before it.
+// So a day has at most kBurst + 86,400 lines of a kind. The next line that passes carries the number of those dropped before it.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,7 @@ class EventLimit {
   static constexpr int kBurst = 20;
   static constexpr Micros kRefill{1'000'000};
 
-  /// How many of this kind were left out since the last that was not; nothing where this one is left out as well.
+  /// Returns the number of lines of this kind dropped since the last that passed; empty if this one is dropped as well.
   std::optional<std::uint64_t> take(const std::string& kind, Micros now) {
     Lines& lines = lines_[kind];
     if (!lines.limit.allows(now)) {

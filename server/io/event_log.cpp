@@ -27,7 +27,7 @@ std::string utc_text(Micros unix_time) {
 
 nlohmann::ordered_json json_value(const std::string& text) { return text; }
 nlohmann::ordered_json json_value(double number) {
-  const double short_of = std::round(number * 1e3) / 1e3;  // 32.41 and not 32.410000000000004
+  const double short_of = std::round(number * 1e3) / 1e3;  // prints 32.41 instead of 32.410000000000004
   const auto whole = static_cast<std::int64_t>(short_of);
   return static_cast<double>(whole) == short_of ? nlohmann::ordered_json(whole) : nlohmann::ordered_json(short_of);
 }

@@ -14,20 +14,20 @@ namespace palpate {
 namespace {
 
 constexpr Micros kLongest{400'000};
-constexpr std::size_t kNodesMost = 5'000;  // of a body whose room is built within a second or so
+constexpr std::size_t kNodesMost = 5'000;  // nodes of a body whose room can be built within about a second
 constexpr std::size_t kFramesMost = 12;
 constexpr double kDeepM = 0.006, kSwingHz = 1.5, kDownS = 0.2;
 
 std::int64_t processor_ns() { return 1000 * processor_now().count(); }
 
-/// Along the outward normal, in units of how deep it goes.
+/// Height along the outward normal, in units of the depth.
 double height_at(double t_s) {
   constexpr double kAbove = 0.5, kSwing = 0.3;
   const double c = std::clamp(t_s / kDownS, 0.0, 1.0);
   return kAbove - (kAbove + 1) * c * c * (3 - 2 * c) + kSwing * std::sin(2 * M_PI * kSwingHz * t_s) * c;
 }
 
-/// A tenth of what a body measures along its shortest side that is not flat, at most kDeepM.
+/// Depth of the press: a tenth of the body's shortest side that is not flat, at most kDeepM.
 double depth_for(const LumpedBody& body) {
   Vec3 low = body.nodes.front(), high = low;
   for (const Vec3& x : body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
@@ -49,14 +49,14 @@ class Trial {
     job_.frame = frame_;
   }
 
-  /// From above into the body.
+  /// Moves the hand from above into the body.
   void go_in() { room_.simulate(next(from_seconds(kDownS), Scheme::port)); }
 
   struct Times {
     double step_ms;
-    std::optional<double> patch_ms;  ///< if there was one
+    std::optional<double> patch_ms;  ///< empty without a patch
   };
-  /// Nothing where the step found no solution.
+  /// Runs a frame; empty if the step found no solution.
   std::optional<Times> frame(Scheme scheme) {
     const FrameJob& job = next(frame_, scheme);
     const double begin = now_ms();

@@ -1,7 +1,7 @@
-// What a frame of a room costs on this machine, measured before anybody comes: a hand in virtual time presses into the body of
-// the scene and swings there, and the processor time of the frames is taken, of those with a patch of `port` and of `hyper`
-// in turn. How much a frame takes depends on where the hand is: thin parts bend far. The body's step is shared by all stations;
-// each has a patch of its own, so that n of them take about step + n patch.
+// Cost of a room's frames on this machine, measured before any station joins. A simulated hand in virtual time presses into the
+// body and oscillates there, and the processor time of the frames is measured, in turn with a patch of `port` and of `hyper`. The
+// cost depends on the place of the hand, as thin parts bend far. All stations share the body's step and each has its own patch,
+// so n of them cost about step + n patch.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@
 namespace palpate {
 
 struct FrameCost {
-  double step_ms = 0, port_ms = 0, hyper_ms = 0;  ///< means, as a server that is late adds them up; of the body, of one patch
+  double step_ms = 0, port_ms = 0, hyper_ms = 0;  ///< mean processor time of the body's step and of one patch per scheme [ms]
   double ms(Scheme scheme, int stations) const { return step_ms + stations * (scheme == Scheme::hyper ? hyper_ms : port_ms); }
 };
 
-/// Frames of 1 / `rate_hz` seconds with a hand at `place`, for four tenths of a second at most; nothing for large bodies, and
-/// where a step finds no solution. `stopwatch` in nanoseconds; none: the processor time of this thread.
+/// Measures frames of 1 / `rate_hz` seconds with a hand at `place`, for at most 0.4 s. Empty for large bodies, and if a step
+/// finds no solution. `stopwatch` counts nanoseconds; none: the processor time of this thread.
 std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& place, double rate_hz,
                                     const std::function<std::int64_t()>& stopwatch = {});
 

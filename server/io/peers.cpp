@@ -7,7 +7,7 @@
 namespace palpate {
 
 PeerId Peers::id_of(const UdpEndpoint& address) {
-  // An address of IPv6 and its scope, or one of IPv4 and zeros; the port; which of the two.
+  // An IPv6 address with its scope, or an IPv4 address and zeros; the port; the kind of address.
   std::array<std::uint8_t, 23> bytes{};
   const auto ip = address.address();
   if (ip.is_v6()) {

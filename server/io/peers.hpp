@@ -1,8 +1,8 @@
-// Addresses as numbers, both ways, in memory that strangers cannot fill.
+// Maps addresses to numbers and back, with memory that strangers cannot fill.
 //
-// The number of an address is a keyed hash of it (keys.hpp, of a key that the process draws), so that it is the same whenever
-// it is asked for and nothing has to be remembered: two addresses share one with probability 2^-64, and nobody can look for such.
-// The way back is known of those whom the server serves, and of strangers until forget_strangers(): long enough for an answer.
+// The number of an address is its keyed hash (keys.hpp, with a key that the process draws): it is reproducible without being
+// stored, two addresses share one with probability 2^-64, and nobody can search for collisions. The reverse mapping is kept for
+// served peers, and for strangers until forget_strangers(), which is long enough for an answer.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +20,9 @@ class Peers {
   explicit Peers(const SecretSource& draw) : key_{draw(), draw()} {}
 
   PeerId id_of(const UdpEndpoint& address);
-  /// nullptr when forgotten.
+  /// Returns nullptr for a forgotten peer.
   const UdpEndpoint* address_of(PeerId id) const;
-  /// Keeps the addresses of which `serves(PeerId)` says so, at most twice as many as that.
+  /// Keeps the addresses for which `serves(PeerId)` is true, and at most twice as many in total.
   template <class Serves>
   void forget_strangers(const Serves& serves) {
     for (const auto& [id, address] : strangers_)

@@ -50,7 +50,7 @@ std::optional<RoomRecording::News> RoomRecording::try_again(const ServerCore& co
     next_recorder_ = make_recorder();
     if (file_) written_before_ += file_->written();
     try {
-      // The file that failed is closed there as well: its disk may not come back from a call.
+      // The failed file is closed on that thread as well, as a call to its disk may never return.
       opening_ = std::async(std::launch::async, [failed = std::shared_ptr(std::move(file_)), asked = asked_,
                                                  head = next_recorder_->take()]() mutable {
         failed.reset();
@@ -59,7 +59,7 @@ std::optional<RoomRecording::News> RoomRecording::try_again(const ServerCore& co
         return begun;
       });
     } catch (const std::system_error&) {
-    }  // no thread to be had: later
+    }  // no thread available: try again later
     return std::nullopt;
   }
   if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
@@ -70,7 +70,7 @@ std::optional<RoomRecording::News> RoomRecording::try_again(const ServerCore& co
     for (const StationReport& station : core.stations()) recorder_->event(joined_before(station, now));
     return News{false, "the recording goes on in " + begun.name.string(), begun.name};
   } catch (const InputError&) {
-    put_off(now);  // why was said when it ended
+    put_off(now);  // the reason was reported when it ended
     return std::nullopt;
   }
 }

@@ -1,8 +1,8 @@
-// The recording of one room: a recorder, the file behind it, and the next file of its series once one cannot be written on.
+// Recording of one room: a recorder, the file behind it, and the next file of its series after a write error.
 //
-// A file that fails (a full disk, one that was removed) ends there, as a block that is missing would leave a hole. Every
-// kAgainEvery from then on the next of the series (record_file.hpp) is tried, on a thread of its own: the network thread waits
-// for no disk. It begins with the stations that are there.
+// A file that fails (a full disk, a removed file) ends there, as a missing block would leave a hole. From then on the next file
+// of the series (record_file.hpp) is tried every kAgainEvery, on a thread of its own, so that the network thread never waits for
+// a disk. It begins with the stations present at that time.
 #pragma once
 
 #include <filesystem>
@@ -21,24 +21,24 @@ class RoomRecording {
  public:
   static constexpr Micros kAgainEvery{10'000'000};
 
-  /// `head` without its times.
+  /// `head` is given without its times.
   RoomRecording(RecordingHead head, std::filesystem::path file) : head_(std::move(head)), asked_(std::move(file)) {}
 
-  /// Into `file`. InputError when it cannot be begun: it is not on then.
+  /// Begins to record into `file`. Throws InputError if that fails; the recording is then off.
   void begin(const std::filesystem::path& file);
-  /// It could not be begun: the next file is tried in kAgainEvery.
+  /// Schedules the next file in kAgainEvery after the first could not be begun.
   void put_off(Micros now) { next_try_ = now + kAgainEvery; }
-  /// Where what happens goes; nullptr while nothing is written.
+  /// Receiver of the room's events; nullptr while nothing is recorded.
   RoomRecorder* recorder() { return recorder_.get(); }
 
   struct News {
-    bool ended = false;  ///< else it goes on
+    bool ended = false;  ///< true if the file ended, false if a new one continues
     std::string text;    ///< for a person
     std::filesystem::path file;
   };
-  /// Several times a second: what gathered goes to the file.
+  /// Writes what was recorded so far to the file; call several times a second.
   std::optional<News> tick(const ServerCore& core, Micros now);
-  /// Why what was left could not be written.
+  /// Writes the rest and closes the file; returns the error if that failed.
   std::optional<std::string> finish();
 
   RecordingState state() const { return recorder_ ? RecordingState::on : RecordingState::failed; }

@@ -1,4 +1,4 @@
-// What a server has to say of what happens: a line for a person, and the same in named figures for a program.
+// Events of a server: a line for a person, and the same as named fields for a program.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct ServerEvent {
   std::string text;
   std::vector<EventField> fields = {};
   EventLevel level = EventLevel::info;
-  std::string sort = {};  ///< within the kind: many of one sort leave room for others in the log
+  std::string sort = {};  ///< subdivides a kind, so that many events of one sort leave room for others in the log
 };
 
 using SayEvent = std::function<void(const ServerEvent&)>;

@@ -27,7 +27,7 @@ std::int64_t unix_now() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-/// Frames from `before` to `after`; `longest` among them.
+/// Formats the frames from `before` to `after`, with the longest.
 std::string frame_figures(const ServerCounts& before, const ServerCounts& after, Micros longest) {
   const auto frames = after.frames - before.frames;
   const auto time = after.frame_time_sum - before.frame_time_sum, stepping = after.stepping - before.stepping;
@@ -63,7 +63,7 @@ ServerShell::Body::Body(const Scene& scene, std::size_t threads) : step_pool(thr
   });
 }
 
-/// Of the clock on the wall: a frame that others keep from the processor is as late as one that is long.
+/// Measures wall time: a frame delayed by other load is as late as a long one.
 FrameResult ServerShell::Body::run(const FrameJob& job) {
   rollouts_took = {};
   const Micros began = monotonic_now(), used = processor_now();
@@ -175,7 +175,7 @@ void ServerShell::take_waiting() {
     const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
     if (none == asio::error::would_block || none == asio::error::try_again) return;
     const auto now = monotonic_now();
-    if (!none) take(std::span(in_).first(size), from, now);  // else: a station's port is closed, it will time out
+    if (!none) take(std::span(in_).first(size), from, now);  // else a station's port is closed; it will time out
     if (now >= until) return;
   }
 }
@@ -202,7 +202,7 @@ void ServerShell::step() {
 }
 
 void ServerShell::hand_out(std::size_t k, FrameJob job) {
-  // Asio's memory for handlers knows no other alignment.
+  // Asio's allocator for handlers supports no larger alignment.
   static_assert(alignof(FrameJob) <= alignof(std::max_align_t) && alignof(FrameResult) <= alignof(std::max_align_t));
   Body& body = *bodies_[k];
   if (!std::exchange(reporting_, true)) report();
@@ -310,7 +310,7 @@ void ServerShell::report() {
   report_timer_.expires_after(kReportEvery);
   report_timer_.async_wait([this](const asio::error_code& fault) {
     if (fault) return;
-    reporting_ = false;  // until the next frame, or on if there have been any
+    reporting_ = false;  // until the next frame; continues below if there have been any
     for (std::size_t k = 0; k < cores_.size(); ++k) {
       ServerCore& core = cores_[k];
       const ServerCounts counts = core.counts();

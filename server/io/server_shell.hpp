@@ -1,20 +1,20 @@
-// Drives rooms in real time: a UDP socket and a ServerCore a room on the thread that calls run(), the bodies on a pool of
-// threads.
+// Drives rooms in real time: a UDP socket and one ServerCore per room on the thread that calls run(), the bodies on a thread
+// pool.
 //
-// The network thread sleeps until a datagram comes or the first core's deadline (for good when all rooms are idle, but for the
-// recordings and who watches), takes what waits, ticks, sends. It takes at most kTakenAtOnce datagrams, and for no longer than
-// kTakingMost: then frames, signals and timers have their turn, whoever sends how much. The frame job of a room goes to the pool,
-// its result comes back as a task of the network thread; the two share nothing else. A room has one job out at most, and jobs are
-// taken up in the order in which they were handed out: a room that overruns keeps one thread busy and skips its own frames, not
-// those of others while there are as many threads as rooms that overrun, and one more. The clock is steady_clock, read when a
-// datagram is taken from the socket. A body that throws ends its own room: its stations are told, and the others go on; run()
-// throws it where it was the last.
+// The network thread sleeps until a datagram comes or a core's deadline passes (indefinitely if all rooms are idle, except for
+// recordings and watches), receives the waiting datagrams, ticks and sends. It receives at most kTakenAtOnce datagrams at once
+// and for at most kTakingMost, so that no sender delays frames, signals and timers. The frame job of a room goes to the pool, and
+// its result returns as a task of the network thread; the two threads share nothing else. A room has at most one job out, and
+// jobs start in the order in which they were handed out. A room that overruns keeps one thread busy and skips its own frames, but
+// not those of others as long as there is one thread more than rooms that overrun. The clock is steady_clock, read when a
+// datagram is taken from the socket. A body that throws ends its own room: its stations are informed, and the other rooms
+// continue; if it was the last room, run() throws the exception.
 //
-// drain() lets nobody in any more and waits for the hands that are there to leave; stop() says goodbye to who is left, three
-// times within 40 ms, as datagrams get lost, and ends.
+// drain() refuses new sessions and waits for the present hands to leave. stop() sends the remaining stations goodbye, three times
+// within 40 ms, as datagrams get lost, and ends.
 //
-// With keys every datagram goes through the trust channel (server_trust.hpp) on the network thread: bodies and frames know
-// nothing of it.
+// With keys every datagram passes through the trust channel (server_trust.hpp) on the network thread; bodies and frames are
+// unaware of it.
 #pragma once
 
 #include <array>
@@ -46,25 +46,25 @@ namespace palpate {
 struct NamedScene {
   std::string name;
   Scene scene;
-  std::string file = {}, text = {};  ///< for a recording: where it comes from, and itself with all defaults
+  std::string file = {}, text = {};  ///< for a recording: the scene's file and its text with all defaults
 };
 
 struct RecordOptions {
-  std::string file;       ///< empty: none; of several rooms each gets its own, named_after() the room
-  double shapes_hz = 10;  ///< 0: none
-  bool resume = false;    ///< where `file` is there, its series is gone on with: from the newest, into the next (record_file.hpp)
-  std::string program;    ///< and its version
+  std::string file;       ///< empty: none; with several rooms each gets its own, named_after() the room
+  double shapes_hz = 10;  ///< surface shapes per second [Hz], 0: none
+  bool resume = false;    ///< true: an existing series of `file` is resumed from its newest file into the next (record_file.hpp)
+  std::string program;    ///< name and version of the program
 };
 
 struct ShellOptions {
   std::string listen;  ///< HOST:PORT
   double rate_hz = 20;
   std::size_t threads =
-      1;  ///< that move bodies: a pool of one a room at most; each room's share of more than that helps with its body
+      1;  ///< threads that step bodies: a pool of at most one per room; each room's share of the others helps with its body
   RecordOptions record = {};
-  double deadband = 0;                                               ///< of ServerOptions
-  std::optional<SiteKeys> keys = {};                                 ///< none: whoever reaches the port may touch
-  std::function<FrameResult(Room&, const FrameJob&)> simulate = {};  ///< in place of Room::simulate(), to break it
+  double deadband = 0;                                               ///< see ServerOptions
+  std::optional<SiteKeys> keys = {};                                 ///< none: anybody who reaches the port may touch
+  std::function<FrameResult(Room&, const FrameJob&)> simulate = {};  ///< replaces Room::simulate() in tests that break it
 };
 
 class ServerShell {
@@ -72,28 +72,30 @@ class ServerShell {
   using Watch = std::function<void(ServerState)>;
   static constexpr Micros kPulseEvery{500'000};
 
-  /// InputError when `listen` is no address, the port is in use, or a recording cannot be begun or gone on from. `say` hears what
-  /// happens, on the network thread.
+  /// Throws InputError if `listen` is no address, the port is in use, or a recording cannot be begun or resumed. `say` is called
+  /// with events, on the network thread.
   ServerShell(const std::vector<NamedScene>& scenes, const ShellOptions& options, SayEvent say);
 
   UdpEndpoint address() const { return socket_.local_endpoint(); }
-  /// Until stop(). Throws what the body of the last room threw that was left.
+  /// Runs until stop(). Throws the exception of the last remaining room's body.
   void run();
-  /// Before run(): `watch` gets the state every kPulseEvery, on the network thread, also while all rooms are idle.
+  /// Sets `watch`, called with the state every kPulseEvery on the network thread, also while all rooms are idle. Call before
+  /// run().
   void on_pulse(Watch watch) { watch_ = std::move(watch); }
-  /// Nobody is let in any more; stop() follows when no hand is left, after `most` at the latest. From a task of context().
+  /// Refuses new sessions; stop() follows when no hand is left, after `most` at the latest. Call from a task of context().
   void drain(Micros most);
   bool draining() const { return drain_until_.has_value(); }
-  /// Stations are told; run() returns once that has gone out and the frames in hand are done. From a task of context().
+  /// Says goodbye to the stations; run() returns once that is sent and the running frames are done. Call from a task of
+  /// context().
   void stop();
-  /// From a task of context(): sessions whose key is not there any more, or has other rights, end now.
+  /// Replaces the keys; sessions whose key is missing now, or has other rights, end. Call from a task of context().
   void change_keys(SiteKeys keys);
-  /// For signals and timers beside ours.
+  /// Executor for signals and timers of the caller.
   asio::io_context& context() { return io_; }
   const ServerRooms& rooms() const { return cores_; }
-  /// What moves the body of a room, and why.
+  /// Returns the integrator of a room's body, with the reason for it.
   const std::string& integrator(std::size_t room) const { return bodies_[room]->room.integrator(); }
-  /// A line a room about everything since the start.
+  /// Returns a line per room with totals since the start.
   std::vector<std::string> summary() const;
 
  private:
@@ -106,14 +108,14 @@ class ServerShell {
     FrameResult run(const FrameJob& job);
     std::function<FrameResult(Room&, const FrameJob&)> simulate;
     SpinningThreadPool step_pool;
-    Room room;  ///< used by the job that is out, by none other
+    Room room;  ///< used only by the job that is out
     bool started = false, in_rollouts = false;
-    Micros rollouts_began{}, rollouts_took{};  ///< of the job that is out
+    Micros rollouts_began{}, rollouts_took{};  ///< for the job that is out
     ServerCounts reported;                     ///< counts at the last report
     StationLinks links;
-    Micros processor_took{}, wall_took{};  ///< of the job that is out
+    Micros processor_took{}, wall_took{};  ///< for the job that is out
     CoreShare share;
-    bool slow = false;  ///< it was said that it cannot keep its rate
+    bool slow = false;  ///< true after it was reported that the room cannot keep its rate
     std::optional<RoomRecording> recording;
     RoomRecorder* recorder() { return recording ? recording->recorder() : nullptr; }
     AbsentHands absent;
@@ -171,12 +173,12 @@ class ServerShell {
   std::array<std::byte, kMaxDatagramBytes> out_{};
   std::array<std::byte, kMaxSealedBytes> sealed_{};
   std::optional<ServerTrust> trust_;
-  std::optional<Sender> sender_;  ///< of the datagram that is being taken
+  std::optional<Sender> sender_;  ///< sender of the datagram that is being processed
   TrafficCounts traffic_;
   std::array<Micros, kChannelFaults> next_refusal_said_{};
   std::optional<Micros> drain_until_;
-  bool reporting_ = false;  ///< report_timer_ runs
-  bool ending_ = false;     ///< goodbyes go out
+  bool reporting_ = false;  ///< true while report_timer_ runs
+  bool ending_ = false;     ///< true while goodbyes are being sent
   std::exception_ptr failure_;
   std::size_t threads_;
   std::unique_ptr<asio::thread_pool> pool_;

@@ -1,4 +1,4 @@
-// What the server says of its rooms, its end, and what it lets others know of itself.
+// Events of the server: its rooms, its end, and what is reported to listeners.
 #include <spdlog/fmt/fmt.h>
 
 #include <utility>
@@ -44,7 +44,7 @@ void ServerShell::hear_rooms() {
   }
 }
 
-/// A recording says whose key it was that joined: names can be given to another later.
+/// Adds the key of a station that joined to the recorded event, as names can be given to another key later.
 RecordedEvent ServerShell::attributed(RecordedEvent event) const {
   if (event.kind == RecordedEventKind::joined && sender_ && sender_->key) event.text = "key " + to_text(*sender_->key);
   return event;
@@ -74,7 +74,7 @@ void ServerShell::say(std::size_t room, const RecordedEvent& event) const {
   say(room, kind, text, std::move(fields));
 }
 
-/// Who sent the datagram that is being taken, if one is.
+/// Fields with the sender of the datagram that is being processed, if any.
 std::vector<EventField> ServerShell::sender_fields() const {
   if (!sender_) return {};
   std::vector<EventField> fields{{"from", to_string(sender_->from)}};
@@ -82,13 +82,13 @@ std::vector<EventField> ServerShell::sender_fields() const {
   return fields;
 }
 
-/// So that a wrong key is found.
+/// Reports refused datagrams, so that a wrong key is found.
 void ServerShell::say_refused() {
   const auto refusal = trust_->channel().take_refusal();
   if (!refusal || !say_) return;
   Micros& next = next_refusal_said_[static_cast<std::size_t>(refusal->fault)];
   const Micros now = monotonic_now();
-  if (now < next) return;  // a flood of them does not even become text
+  if (now < next) return;  // under a flood not even the text is made
   next = now + kRefusalSaidEvery;
   const auto from = endpoint_of(refusal->from, socket_.local_endpoint().protocol());
   std::vector<EventField> fields{{"from", to_string(from)}, {"reason", describe(refusal->fault)}};
@@ -115,7 +115,7 @@ void ServerShell::await_drained() {
   });
 }
 
-/// Again while goodbyes go out: at once.
+/// Ends at once if called again while goodbyes are being sent.
 void ServerShell::stop() {
   if (std::exchange(ending_, true)) return io_.stop();
   cores_.drain();
@@ -123,7 +123,7 @@ void ServerShell::stop() {
   say_goodbyes(kGoodbyes - 1);
 }
 
-/// What waits, and that again as often as are left.
+/// Sends what waits, and repeats that `left` times.
 void ServerShell::say_goodbyes(int left) {
   send_all(monotonic_now());
   if (left == 0) return io_.stop();

@@ -1,4 +1,4 @@
-// The server's recordings: a recorder and a file for each room, and the body taken up again from what was recorded before.
+// The server's recordings: a recorder and a file per room, and bodies resumed from earlier recordings.
 #include <spdlog/fmt/fmt.h>
 
 #include <chrono>
@@ -43,7 +43,7 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
       body.recording->begin(series.next);
     } catch (const InputError& fault) {
       if (series.there.empty()) throw;
-      // Hands wait for this server to be back: a disk that is full by now does not keep it from them.
+      // Hands wait for this server: a full disk must not keep it from starting.
       say_recording_failed(k, fault.what());
       body.recording->put_off(monotonic_now());
     }
@@ -53,8 +53,9 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
   }
 }
 
-/// One that was ended before it had a checkpoint says nothing: then the one before it counts. So it does where the newest was cut
-/// while it began, by a disk that was full or a machine that stopped. Where none can be read somebody has to look.
+/// Resumes from the newest file with a checkpoint: a recording that ended before its first checkpoint, or was cut at its
+/// beginning by a full disk or a crash, is passed over. If no file can be read, the server refuses to start, so that somebody has
+/// a look.
 void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first) {
   std::optional<ResumePoint> found;
   std::filesystem::path from;
@@ -95,7 +96,7 @@ void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vect
       {{"file", from.string()}, {"age_s", age_s}, {"tools", static_cast<double>(tools)}});
 }
 
-/// Five times a second what gathered goes to the files.
+/// Writes what was recorded to the files, five times a second.
 void ServerShell::record() {
   bool any = false;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {

@@ -20,7 +20,7 @@ constexpr std::array<const char*, kChannelFaults> kChannelLabels{
     "malformed",  "mac",   "limit", "handshake", "unknown_key", "token", "token_expired",
     "token_used", "stale", "full",  "index",     "replayed",    "forged"};
 
-/// Families in the order in which they are first named; each has the metrics of all rooms.
+/// Metric families in the order in which they are first named; each has the metrics of all rooms.
 class Families {
  public:
   void count(const std::string& name, const std::string& help, Labels labels, double value) {

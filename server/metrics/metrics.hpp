@@ -1,8 +1,8 @@
-// A server's state as Prometheus takes it, and whether it is well.
+// A server's state as Prometheus metrics, and its health.
 //
-// Names, labels and what each counts are listed in docs/reference/operation.md; they follow
-// https://prometheus.io/docs/practices/naming/: base units, _total for what only grows, labels of few values (a room, a reason),
-// never a station's name or address.
+// docs/reference/operation.md lists the names, the labels and the meaning of each. They follow
+// https://prometheus.io/docs/practices/naming/: base units, _total for values that only grow, labels of few values (a room, a
+// reason), never a station's name or address.
 //
 //     well    the network loop turned less than kLoopMost before `now`, no frame has been computed for longer than kFrameMost
 //     ready   well, its scenes are loaded, and newcomers are let in
@@ -20,10 +20,11 @@ namespace palpate {
 
 inline constexpr Micros kLoopMost{2'000'000}, kFrameMost{5'000'000};
 
-/// `version`: of the program.
+/// `version` is that of the program.
 std::vector<prometheus::MetricFamily> metrics_of(const ServerState& state, const std::string& version);
 
-/// Why it is not, in a line; nothing where it is. No state yet: the scenes are being loaded, which is well, but not ready.
+/// Returns the reason why the server is not well (ready), in a line; empty if it is. Without a state the scenes are still being
+/// loaded: well, but not ready.
 std::optional<std::string> not_well(const std::optional<ServerState>& state, Micros now);
 std::optional<std::string> not_ready(const std::optional<ServerState>& state, Micros now);
 

@@ -1,11 +1,12 @@
-// Tools that stay on a body that was taken up again (resume.hpp), for stations that are not back yet.
+// Tools that stay on a resumed body (resume.hpp) for stations that are not back yet.
 //
-// A server that was killed with hands on its body has none of them when it is there again: without their tools the body would
-// spring back before they come. So each tool rests where it was until its station, known by its name, has samples in a frame;
-// from that frame on the hand has the body itself. Who is not back kLongest after the first frame has let go, and so has
-// everybody when the body is put back to rest.
+// After a crash with hands on the body, the restarted server has no stations, and without their tools the body would spring back
+// before they rejoin. So each tool rests where it was until its station, identified by its name, has samples in a frame; from
+// that frame on the real hand holds the body. A tool whose station is not back kLongest after the first frame is released; a
+// reset of the body to rest releases all.
 //
-// They are stations of the body's frames alone, with numbers that no station gets: nobody feels them, no datagram knows them.
+// They exist as stations in the body's frames only, with numbers that no station gets: they receive no patches, and no datagram
+// refers to them.
 #pragma once
 
 #include <vector>
@@ -21,11 +22,11 @@ class AbsentHands {
   AbsentHands() = default;
   explicit AbsentHands(std::vector<RecordedHold> holds);
 
-  /// Before the room gets it: those who are still away.
+  /// Adds the tools of absent stations to a job, before the room gets it.
   void add_to(FrameJob& job, const std::vector<StationReport>& here);
-  /// Before anybody else gets it.
+  /// Removes their results, before anything else uses them.
   void take_out(FrameResult& result) const;
-  /// Of those who are away.
+  /// Holds of the tools whose stations are absent.
   std::vector<RecordedHold> holds() const;
 
  private:

@@ -1,4 +1,4 @@
-// A room's body taken up again from a recording, at its newest checkpoint.
+// Resumes a room's body from a recording, at its newest checkpoint.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,15 @@ namespace palpate {
 
 struct ResumePoint {
   RecordedCheckpoint checkpoint;
-  Micros unix_time{};  ///< of the checkpoint, microseconds since 1970
+  Micros unix_time{};  ///< time of the checkpoint, microseconds since 1970
 };
 
-/// Nothing when the recording has none yet. InputError, with `where`, when it is not of this room and this body: other numbers of
-/// vertices or another surface. What its material is may have changed.
+/// Returns the newest checkpoint; empty if the recording has none yet. Throws InputError, with `where`, if it belongs to another
+/// room or body (other numbers of vertices or another surface). The material may have changed.
 std::optional<ResumePoint> newest_checkpoint(const RecordingReader& recording, const std::string& where, const std::string& room,
                                              const Scene& scene);
 
-/// All of a checkpoint's x, y, z in a row, as BodyState has them.
+/// Concatenates the x, y, z of all points of a checkpoint, as BodyState stores them.
 Vector in_a_row(const std::vector<Vec3>& points);
 
 }  // namespace palpate

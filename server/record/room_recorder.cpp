@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// What a patch costs on the wire, its terms included.
+/// Bytes of a patch on the wire, terms included.
 std::uint32_t bytes_of(const StationFrame& frame) {
   std::array<std::byte, kMaxDatagramBytes> scratch;
   Message message;
@@ -24,7 +24,7 @@ std::uint32_t bytes_of(const StationFrame& frame) {
 
 constexpr double kVertexStateBytes = 24;  ///< position and velocity
 constexpr double kStressNumberBytes = sizeof(std::int16_t),
-                 kStressBytes = sizeof(float);  ///< of a number, of an element beside them
+                 kStressBytes = sizeof(float);  ///< per number; per element in addition
 
 }  // namespace
 
@@ -79,7 +79,7 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   return touch;
 }
 
-/// One of a body that has not moved says nothing new.
+/// Adds a checkpoint, unless the body has not moved since the last.
 void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds) {
   if (!result.state || result.failed) return;
   const BodyState& state = *result.state;

@@ -1,4 +1,4 @@
-// What a room's recording gets from its ServerCore and its body's frames. No file, thread or clock: bytes come out of take().
+// Records a room from its ServerCore and its body's frames. No file, thread or clock: the bytes are obtained with take().
 #pragma once
 
 #include <map>
@@ -10,18 +10,19 @@ namespace palpate {
 
 class RoomRecorder {
  public:
-  static constexpr Micros kLinksEvery{250'000}, kCheckpointEvery{1'000'000};  ///< checkpoints: at most
-  static constexpr double kCheckpointBytesPerS = 96'000;  ///< those of a body of more than 4,000 vertices come less often
+  static constexpr Micros kLinksEvery{250'000}, kCheckpointEvery{1'000'000};  ///< kCheckpointEvery is the shortest interval
+  static constexpr double kCheckpointBytesPerS = 96'000;  ///< larger interval for bodies of more than 4,000 vertices
 
   explicit RoomRecorder(const RecordingHead& head);
 
-  /// A frame is handed out. Asks for the body's shape when one is due.
+  /// Call when a frame is handed out; requests the body's shape if one is due.
   void begin_frame(FrameJob& job, Micros now);
-  /// It is done; the core has not taken it yet. `absent`: tools on the body whose stations are not here (absent_hands.hpp).
+  /// Call when the frame is done, before the core gets it. `absent`: tools on the body whose stations are not present
+  /// (absent_hands.hpp).
   void end_frame(const FrameResult& result, const ServerCore& core, Micros now, const std::vector<RecordedHold>& absent = {});
   void event(const RecordedEvent& event) { writer_.add(event); }
   void buttons(StationId id, const ButtonChange& change) { writer_.add(RecordedButtons{change.t, id, change.pressed}); }
-  /// Several times a second: links, the room's pace, blocks that are due.
+  /// Records links, the room's pace, and blocks that are due; call several times a second.
   void tick(const ServerCore& core, Micros now);
   void finish() { writer_.finish(); }
   std::vector<std::byte> take() { return writer_.take(); }
@@ -33,15 +34,15 @@ class RoomRecorder {
 
   RecordingWriter writer_;
   Micros shape_every_{}, next_shape_{}, began_{}, next_links_{}, checkpoint_every_{}, next_checkpoint_{};
-  Vector checkpoint_;  ///< x of the last one
+  Vector checkpoint_;  ///< x of the last checkpoint
   std::shared_ptr<const StressHistory> checkpoint_history_;
   bool wants_shape_ = false, slow_ = false;
-  std::map<StationId, Micros> newest_;    ///< sample recorded
-  std::map<StationId, StationJob> jobs_;  ///< of the frame that is out, without samples
+  std::map<StationId, Micros> newest_;    ///< newest recorded sample
+  std::map<StationId, StationJob> jobs_;  ///< jobs of the frame that is out, without samples
   std::uint64_t skipped_before_ = 0;
 };
 
-/// What the head says of a room's body.
+/// Describes a room's body for the head of the recording.
 RecordedSurface recorded_surface(const Scene& scene);
 
 }  // namespace palpate

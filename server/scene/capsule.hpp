@@ -1,13 +1,14 @@
-// A capsule as a membrane on the surface of a solid: a triangle of it on every triangle of the surface, its nodes the solid's.
+// A capsule as a membrane on the surface of a solid: one membrane triangle on every surface triangle, with the solid's nodes.
 //
-// It has no mass of its own, no stress at rest, and does not bend (tetra_kernel.hpp). Not where all three nodes are fixed.
+// It has no mass of its own, no stress at rest, and no bending stiffness (tetra_kernel.hpp). Triangles whose three nodes are all
+// fixed are omitted.
 #pragma once
 
 #include "server/scene/settings.hpp"
 
 namespace palpate {
 
-/// Of a body that has its solid and its surface.
+/// Adds the membrane to a body that already has its solid and its surface.
 void add_capsule(LumpedBody& body, const CapsuleSettings& capsule);
 
 }  // namespace palpate

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-/// What an edge has at least of mu V / a^2, so that none goes slack.
+/// Least stiffness of an edge, in mu V / a^2, so that no edge goes slack.
 constexpr double kLeastEdge = 0.2;
 
 std::optional<CellSprings> of_sheet(const Vec3& cell) {
@@ -24,7 +24,7 @@ std::optional<CellSprings> of_box(const Vec3& cell) {
   constexpr double kMu = 2.0 / 5;
   const Vec3 a2 = cell.cwiseAbs2();
   const double mu_v = kMu * cell.prod(), l2 = a2.sum();
-  // theta = 4 k_abc / (mu V) / L^2, at most so much that the widest face keeps a spring.
+  // theta = 4 k_abc / (mu V) / L^2, limited so that the widest face keeps a spring.
   double theta = 0;
   const auto others = [](int i) { return std::array{(i + 1) % 3, (i + 2) % 3}; };
   for (int i = 0; i < 3; ++i) {
@@ -43,13 +43,14 @@ std::optional<CellSprings> of_box(const Vec3& cell) {
   return springs;
 }
 
-/// Corners of a cell that a spring joins, by the bits of their numbers, and how many cells share it inside the body.
+/// A spring between two corners of a cell, given by the bits of their numbers, and the number of cells that share it inside a
+/// body.
 struct Link {
   unsigned from, to;
   int shared_by;
 };
 
-/// All links of a cell. A sheet has the corners without the third bit.
+/// All links of a cell. A sheet lacks the corners with the third bit.
 std::vector<Link> links_of_cell(bool planar) {
   std::vector<Link> links;
   const unsigned corners = planar ? 4 : 8;

@@ -9,13 +9,13 @@ namespace palpate {
 
 namespace {
 
-constexpr double kMinFaceCosine = 0.25;  // between the two triangles of a face
+constexpr double kMinFaceCosine = 0.25;  // least cosine between the two triangles of a face
 constexpr int kShortenings = 60;
 constexpr double kShortening = 0.85;
 
 using Corners = std::array<std::uint32_t, 8>;
 
-/// The corners of a cell; bit a of the number is the offset along axis a.
+/// Corners of a cell; bit a of the index is the offset along axis a.
 Corners corners_of(const Clipped& body, const Grid& grid, const Index3& c) {
   Corners out{};
   for (unsigned b = 0; b < 8; ++b) {
@@ -25,7 +25,7 @@ Corners corners_of(const Clipped& body, const Grid& grid, const Index3& c) {
   return out;
 }
 
-/// Six tetrahedra around the diagonal 0-7.
+/// Volume of a cell as six tetrahedra around the diagonal 0-7.
 double volume_of(const Corners& v, std::span<const Vec3> x) {
   constexpr unsigned kRing[6] = {1, 3, 2, 6, 4, 5};
   const Vec3 diagonal = x[v[7]] - x[v[0]];

@@ -17,7 +17,7 @@ int kept_sides(const CellSet& cells, const Index3& c) {
   return static_cast<int>(std::count_if(kSides.begin(), kSides.end(), [&](const Index3& side) { return cells.has(c + side); }));
 }
 
-/// Takes away cells that hang on by one face or none, until there are none.
+/// Removes cells attached by at most one face, until there are none.
 void remove_loose_cells(CellSet& cells) {
   for (bool changed = true; changed;) {
     changed = false;
@@ -29,7 +29,7 @@ void remove_loose_cells(CellSet& cells) {
   }
 }
 
-/// The largest set of cells joined by faces.
+/// Returns the largest set of cells connected by faces.
 CellSet largest_part(const Grid& grid, CellSet cells) {
   CellSet best(grid, false);
   std::size_t best_count = 0;
@@ -53,7 +53,8 @@ CellSet largest_part(const Grid& grid, CellSet cells) {
   return best;
 }
 
-/// Bit b of the mask is the cell at offset (b & 1, b >> 1 & 1, b >> 2 & 1) of the eight around a node.
+/// Returns true if the cells of the mask are connected. Bit b of the mask is the cell at offset (b & 1, b >> 1 & 1, b >> 2 & 1)
+/// of the eight around a node.
 bool hangs_together(unsigned mask) {
   unsigned reached = mask & (0u - mask), before = 0;
   while (reached != before) {
@@ -65,7 +66,8 @@ bool hangs_together(unsigned mask) {
   return reached == mask;
 }
 
-/// Of the eight cells around a node, two diagonal ones of a square kept and the others not: an edge with four faces.
+/// Returns true if, among the eight cells around a node, two diagonal ones of a square are kept and the others not: an edge with
+/// four faces.
 bool crossed_edge(unsigned mask) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     const unsigned u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3;
@@ -78,7 +80,7 @@ bool crossed_edge(unsigned mask) {
   return false;
 }
 
-/// Fills the cell that is nearest to the solid among those around node n that touch a kept one by a face.
+/// Fills the cell nearest to the solid among those around node n that share a face with a kept one.
 bool fill_around(CellSet& cells, const Grid& grid, const Solid& solid, const Index3& n) {
   const Index3 low = n + Index3{-1, -1, -1};
   const auto cell = [&](unsigned b) {
@@ -127,7 +129,7 @@ Clipped clip_lattice(const Grid& grid, const Solid& solid) {
   constexpr int kRounds = 5;
   CellSet cells(grid, false);
   cells.each([&](const Index3& c) { cells.set(c, solid.distance(centre(grid, c)) < 0); });
-  Clipped body{CellSet(grid, false), {}, {}};  // where loose cells are all that there is
+  Clipped body{CellSet(grid, false), {}, {}};  // for the case that all cells are loose
   const auto inside = static_cast<double>(cells.count());
   for (int round = 0; round < kRounds; ++round) {
     remove_loose_cells(cells);

@@ -16,7 +16,7 @@ void fix_nodes(LumpedBody& body, const FixedSettings& fixed, const Vec3& spacing
   };
   for (const std::string& face : fixed.faces) {
     const int axis = face[0] - 'x';
-    const double reach = 0.499 * spacing[axis];  // below one half, so that rounding never takes the next row of a box
+    const double reach = 0.499 * spacing[axis];  // below one half, so that rounding never includes the next row of a box
     if (face[1] == '-') {
       fix_where([&](const Vec3& x) { return x[axis] <= low[axis] + reach; });
     } else {

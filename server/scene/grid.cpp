@@ -19,7 +19,7 @@ bool CellSet::inside(const Index3& c) const {
 std::size_t CellSet::count() const { return static_cast<std::size_t>(std::count(kept_.begin(), kept_.end(), 1)); }
 
 bool CellSet::joins(const Index3& n, const Index3& d) const {
-  // Along an axis where the nodes differ one layer of cells holds both; where they agree, two do.
+  // Along an axis where the nodes differ, one layer of cells contains both; where they agree, two do.
   const auto first = [&](std::size_t a) { return d[a] > 0 ? n[a] : n[a] - 1; };
   const auto last = [&](std::size_t a) { return d[a] < 0 ? n[a] - 1 : n[a]; };
   for (int k = first(2); k <= last(2); ++k) {

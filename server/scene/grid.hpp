@@ -33,7 +33,7 @@ struct Grid {
     }
     return p;
   }
-  /// Distance of neighbouring nodes along each axis; 0 where there is one node only.
+  /// Distance of neighbouring nodes along each axis; 0 along an axis with a single node.
   Vec3 spacing() const {
     Vec3 h;
     for (int a = 0; a < 3; ++a) h[a] = size[a] / std::max(1, nodes[static_cast<std::size_t>(a)] - 1);
@@ -50,7 +50,7 @@ struct Grid {
   }
 };
 
-/// Which cells of a grid belong to the body; outside the grid there are none.
+/// Set of the cells of a grid that belong to the body; there are none outside the grid.
 class CellSet {
  public:
   CellSet(const Grid& grid, bool filled);
@@ -61,7 +61,7 @@ class CellSet {
   bool inside(const Index3& c) const;
   std::size_t count() const;
 
-  /// True when some cell of the set has both node n and node n + d as corners (d in -1, 0, 1 per axis).
+  /// Returns true if some cell of the set has both node n and node n + d as corners (d in -1, 0, 1 per axis).
   bool joins(const Index3& n, const Index3& d) const;
 
   template <class F>
@@ -82,8 +82,8 @@ class CellSet {
 inline constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
 
 struct NumberedNodes {
-  std::vector<std::uint32_t> number;  ///< of every grid node, kNoNode where no cell of the set has it as a corner
-  std::vector<Vec3> positions;        ///< on the grid
+  std::vector<std::uint32_t> number;  ///< number of every grid node, kNoNode if it is no corner of a cell of the set
+  std::vector<Vec3> positions;        ///< positions on the grid
 };
 NumberedNodes number_nodes(const Grid& grid, const CellSet& cells);
 

@@ -8,7 +8,7 @@ namespace {
 
 double sign_of(std::size_t node, std::size_t axis) { return (node >> axis & 1U) != 0 ? 1 : -1; }
 
-/// N_i and its derivatives by xi, of a node at a point of the cube [-1, 1]^3.
+/// N_i and its derivatives by xi, for a node and a point of the cube [-1, 1]^3.
 struct Shape {
   double value = 1;
   Vec3 slope;
@@ -23,7 +23,7 @@ Shape shape_of(std::size_t node, const Vec3& xi) {
   return shape;
 }
 
-/// By Gauss' rule of two points an axis: exact, the volume's density is of second order along each.
+/// Adds the nodal masses by Gauss' rule with two points per axis: exact, as the volume density is of second order along each.
 void add_volumes(const Hexahedron& cell, std::span<const Vec3> x, double density_kg_m3, std::vector<double>& to) {
   for (std::size_t point = 0; point < 8; ++point) {
     const Vec3 xi = Vec3(sign_of(point, 0), sign_of(point, 1), sign_of(point, 2)) / std::sqrt(3.0);

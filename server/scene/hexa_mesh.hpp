@@ -9,12 +9,13 @@
 
 namespace palpate {
 
-/// Every cell of a lattice as one element.
+/// Returns every cell of a lattice as one element.
 std::vector<Hexahedron> cells_as_hexahedra(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number);
 
 Vec3 centre_of(const Hexahedron& cell, std::span<const Vec3> x);
 
-/// Of each hexahedron, to each of its nodes density times the integral of the node's trilinear shape function.
+/// Lumped masses of the nodes: each hexahedron adds to each of its nodes the density times the integral of the node's trilinear
+/// shape function.
 std::vector<double> lumped_masses(std::span<const Hexahedron> cells, std::span<const Vec3> x, double density_kg_m3);
 
 }  // namespace palpate

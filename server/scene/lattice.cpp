@@ -41,7 +41,7 @@ std::vector<Index3> forward_neighbours() {
 
 /// Number of the layer that holds a midpoint, counted from 1; 0 for none. The last of the list wins.
 std::uint32_t layer_at(const Vec3& midpoint, const LatticeSettings& settings) {
-  // A midpoint on the bound itself is above it, whichever way its coordinates were rounded.
+  // A midpoint on the bound counts as above it, however its coordinates were rounded.
   const Eigen::Array3d m = midpoint.array() + 1e-9;
   for (auto i = static_cast<std::uint32_t>(settings.layers.size()); i > 0; --i) {
     const LayerSettings& layer = settings.layers[i - 1];
@@ -74,7 +74,7 @@ std::string millimetres(double metres) {
   return text;
 }
 
-/// A grid around the solid, if its spacing fits.
+/// Grid around the solid; refuses a spacing that does not fit.
 Grid grid_in_reach(const Solid& solid, const LatticeSettings& settings, const SceneText& text) {
   const double spacing = settings.spacing_m;
   const Vec3 extent = solid.bounds().sizes();
@@ -104,7 +104,7 @@ Clipped clip(const Grid& grid, const Solid& solid, const SceneText& text) {
   return clipped;
 }
 
-/// The elements of a set of cells, in the order of the grid.
+/// Elements of a set of cells, in the order of the grid.
 std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   const auto neighbours = forward_neighbours();
   const LumpedBody& body = lattice.body;
@@ -128,7 +128,7 @@ std::vector<Element> join_neighbours(const LatticeBody& lattice, const CellSet& 
   return elements;
 }
 
-/// Sides of a cell [m]; of a sheet with its thickness.
+/// Sides of a cell [m]; for a sheet with its thickness.
 Vec3 cell_of(const Grid& grid, const LatticeSettings& settings) {
   Vec3 cell = grid.spacing();
   if (settings.planar) cell.z() = settings.size_m.z();
@@ -149,7 +149,7 @@ Vec3 middle_of(const Index3& c, const LatticeBody& lattice, bool planar) {
   return sum / static_cast<double>(corners.size());
 }
 
-/// Springs that resist as a solid does, and the masses of the cells.
+/// Adds springs that resist as a solid does, and the masses of the cells.
 void join_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   const Vec3 cell = cell_of(lattice.grid, settings);
   const auto springs = cauchy_springs(cell, settings.planar);
@@ -175,7 +175,7 @@ void join_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSetting
   });
 }
 
-/// Springs all alike, or those that resist as a solid does.
+/// Adds equal springs, or those that resist as a solid does.
 void join(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   if (settings.springs_of_solid)
     join_cells(lattice, cells, settings);
@@ -183,8 +183,7 @@ void join(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& set
     lattice.body.elements = join_neighbours(lattice, cells, settings);
 }
 
-/// Finite elements in the cells, their masses and the surface that they have, its faces split along the diagonals of
-/// split_cells().
+/// Adds finite elements in the cells, their masses and their surface, with the faces split along the diagonals of split_cells().
 void fill_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSettings& settings) {
   LumpedBody& body = lattice.body;
   body.mass_damping_1_s = settings.solid->mass_damping_1_s;
@@ -206,7 +205,7 @@ void fill_cells(LatticeBody& lattice, const CellSet& cells, const LatticeSetting
   }
 }
 
-/// Nodes, elements and surface of a whole grid; returns its volume.
+/// Adds nodes, elements and surface of a whole grid; returns its volume.
 double fill_box(LatticeBody& lattice, const LatticeSettings& settings) {
   lattice.grid = box_grid(settings);
   const CellSet cells(lattice.grid, true);
@@ -242,7 +241,7 @@ double fill_clip(LatticeBody& lattice, const LatticeSettings& settings, const Sc
   return volume;
 }
 
-/// What does not depend on the shape: `volume` in m^3 makes the masses.
+/// Adds what does not depend on the shape; the masses follow from `volume` [m^3].
 void finish(LatticeBody& lattice, const LatticeSettings& settings, double volume) {
   LumpedBody& body = lattice.body;
   body.planar = settings.planar;
@@ -265,7 +264,7 @@ void refuse_long_cells(const LatticeSettings& settings, const SceneText& text) {
 
 Vec3 centre_of(const Element& element, const std::vector<Vec3>& nodes) { return (nodes[element.a] + nodes[element.b]) / 2; }
 
-/// A layer that no element lies in is a slip of its writer's.
+/// Refuses a layer without elements, as it must be a mistake.
 void refuse_empty_layers(const LumpedBody& body, const LatticeSettings& settings, const SceneText& text) {
   for (std::size_t k = 0; k < settings.layers.size(); ++k) {
     LatticeSettings alone;

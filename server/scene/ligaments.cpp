@@ -12,7 +12,7 @@ void add_ligaments(LumpedBody& body, const std::vector<LigamentSettings>& ligame
     const LigamentSettings& ligament = ligaments[k];
     std::vector<std::uint32_t> ends;
     double nearest_m = std::numeric_limits<double>::infinity();
-    bool ends_there = false;  // a node in reach lies where the ligament ends
+    bool ends_there = false;  // true if a node in reach lies at the ligament's other end
     for (std::uint32_t i = 0; i < own; ++i) {
       if (body.fixed[i]) continue;
       const double distance_m = (body.nodes[i] - ligament.from_m).norm();
@@ -32,7 +32,7 @@ void add_ligaments(LumpedBody& body, const std::vector<LigamentSettings>& ligame
     const auto anchor = static_cast<std::uint32_t>(body.nodes.size());
     body.nodes.push_back(ligament.to_m);
     body.fixed.push_back(1);
-    body.masses_kg.push_back(body.masses_kg[ends.front()]);  // never moves
+    body.masses_kg.push_back(body.masses_kg[ends.front()]);  // irrelevant: it never moves
     const auto share = 1 / static_cast<double>(ends.size());
     for (const std::uint32_t i : ends)
       body.elements.push_back(

@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-/// Each gets a node of its own, fixed at `to_m`, and springs to it from the body's free nodes near `from_m`, as long as they are
-/// in the given shape, which share its stiffness and damping alike. InputError where no node is near.
+/// Adds for each ligament a fixed node at `to_m`, with springs to the body's free nodes near `from_m`, which share its stiffness
+/// and damping equally. Their rest lengths are those of the given shape. Throws InputError if no node is near.
 void add_ligaments(LumpedBody& body, const std::vector<LigamentSettings>& ligaments, const SceneText& text);
 
 }  // namespace palpate

@@ -36,7 +36,7 @@ class Fields {
     if (first > last) refuse(list, name, "falls", "the lower number first");
     return {first, last};
   }
-  /// Branches of a Prony series; none where the field is missing.
+  /// Branches of a Prony series; empty if the field is missing.
   std::vector<PronyBranch> relaxation(const char* name) {
     std::vector<PronyBranch> out;
     if (!root_.find(name)) return out;
@@ -57,7 +57,7 @@ class Fields {
   [[noreturn]] void refuse(const char* name, const std::string& what, const std::string& expected) {
     refuse(*root_.find(name), name, what, expected);
   }
-  /// Whatever was not asked for is not known.
+  /// Refuses fields that were never asked for.
   void finish() {
     for (const Json& item : root_.items)
       if (!read_.contains(item.key)) refuse(item, item.key.c_str(), "is not a known field", "a material as in scenes/materials");

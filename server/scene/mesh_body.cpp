@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-/// Material numbers in place of the file's region numbers, which may be any.
+/// Replaces the file's region numbers, which may be any, by material numbers.
 void set_materials(LumpedBody& body, const MeshBodySettings& settings, const SceneText& text) {
   body.materials = {settings.solid.material};
   std::map<std::uint32_t, std::uint32_t> of_region;
@@ -30,8 +30,7 @@ void set_materials(LumpedBody& body, const MeshBodySettings& settings, const Sce
   for (Tetrahedron& t : body.tetrahedra) t.material = of_region.at(t.material);
 }
 
-/// Parts that hang together by a node or an edge alone are hinges: where a part is not held by itself, it swings without any
-/// force.
+/// Refuses parts connected by a node or an edge only and not fixed themselves: they hang on a hinge and swing without any force.
 void check_hinges(const LumpedBody& body, const SceneText& text, const std::string& mesh) {
   const std::vector<std::uint32_t> parts = parts_by_faces(body.tetrahedra);
   std::map<std::uint32_t, std::set<std::uint32_t>> held_nodes;

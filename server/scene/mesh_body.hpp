@@ -1,4 +1,4 @@
-// From a mesh of tetrahedra in a file to a body.
+// Builds a body from a file with a mesh of tetrahedra.
 #pragma once
 
 #include "server/scene/scene_text.hpp"
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// Throws InputError when the file is no such mesh, when a region is named that it does not have, or when nothing can move.
+/// Throws InputError if the file is no such mesh, lacks a region that is named, or leaves nothing that can move.
 LumpedBody build_mesh_body(const MeshBodySettings& settings, const SceneText& text);
 
 }  // namespace palpate

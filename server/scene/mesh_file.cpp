@@ -18,9 +18,9 @@ namespace palpate {
 namespace {
 
 constexpr double kMinExtentM = 0.005, kMaxExtentM = 2;
-constexpr double kWeldFraction = 1e-6;  // of the diagonal
-constexpr double kCellWidth = 4;        // of the welder, in welding distances
-constexpr double kMinFilling = 1e-4;    // volume of a cube around the mesh
+constexpr double kWeldFraction = 1e-6;  // share of the diagonal
+constexpr double kCellWidth = 4;        // cell of the welder, in welding distances
+constexpr double kMinFilling = 1e-4;    // least volume, as a share of a cube around the mesh
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
 std::string extension(const std::filesystem::path& file) {
@@ -29,7 +29,7 @@ std::string extension(const std::filesystem::path& file) {
   return ext;
 }
 
-/// All triangles of the file, vertices as the file has them.
+/// All triangles of the file, with its own vertices.
 TriangleMesh import(const MeshSettings& settings, const std::string& where) {
   const std::string ext = extension(settings.path);
   if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a mesh file by its name", "FILE.obj or FILE.stl");
@@ -37,8 +37,8 @@ TriangleMesh import(const MeshSettings& settings, const std::string& where) {
   return ext == ".obj" ? read_obj(without_mark(std::move(bytes)), where) : read_stl(bytes, where);
 }
 
-/// Vertices by the cells of a grid, some welding distances wide, from the lowest corner of the mesh on. Cells are kept in order
-/// rather than hashed: a file could be made whose cells all share a hash.
+/// Merges vertices by the cells of a grid, some welding distances wide, from the lowest corner of the mesh on. Cells are ordered
+/// instead of hashed, as a file could be made whose cells all share a hash.
 class Welder {
  public:
   Welder(const Vec3& low, double distance) : low_(low), distance_(distance) {}
@@ -79,8 +79,8 @@ class Welder {
 
   Vec3 low_;
   double distance_;
-  std::map<Cell, std::uint32_t> newest_;  ///< vertex of a cell
-  std::vector<std::uint32_t> before_;     ///< the next older one of its cell, a vertex
+  std::map<Cell, std::uint32_t> newest_;  ///< newest vertex of a cell
+  std::vector<std::uint32_t> before_;     ///< for each vertex, the next older one of its cell
 };
 
 Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {

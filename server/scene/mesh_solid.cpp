@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kPieces = 32;  // of the size: longer triangles are looked at in parts
-constexpr double kOff = 1e-6;   // of the size: how far beside a triangle its outer side is looked at
+constexpr double kPieces = 32;  // longer triangles, by their share of the size, are examined in parts
+constexpr double kOff = 1e-6;   // share of the size: distance from a triangle at which its outer side is tested
 
 using Corners = std::array<Vec3, 3>;
 
@@ -20,7 +20,7 @@ double longest_edge(const Corners& x) {
   return std::sqrt(std::max({(x[1] - x[0]).squaredNorm(), (x[2] - x[1]).squaredNorm(), (x[0] - x[2]).squaredNorm()}));
 }
 
-/// The parts of a surface that have the solid on one side only.
+/// Collects the parts of a surface that have the solid on one side only.
 class Shown {
  public:
   explicit Shown(const TriangleTree& all) : all_(all), size_(all.bounds().diagonal().norm()) {
@@ -30,14 +30,14 @@ class Shown {
     }
   }
 
-  /// Nothing where that is all of it.
+  /// Returns the collected surface; empty if that is all of it.
   std::optional<TriangleMesh> take() {
     if (!hidden_) return std::nullopt;
     return std::move(mesh_);
   }
 
  private:
-  /// True when all of a triangle is shown: it is added as one.
+  /// Adds a triangle; as one if all of it is shown.
   void add(const Corners& x) {
     const std::size_t before = mesh_.triangles.size();
     if (!add_parts(x)) return;
@@ -93,7 +93,7 @@ class MeshSolid final : public Solid {
   }
 
  private:
-  /// By points on a grid.
+  /// Estimates the volume with points on a grid.
   double counted_volume() const {
     constexpr int kAcross = 40;
     const Vec3 low = all_.bounds().min(), step = all_.bounds().sizes() / kAcross;
@@ -106,7 +106,7 @@ class MeshSolid final : public Solid {
   }
 
   TriangleTree all_;
-  std::optional<TriangleTree> shown_;  ///< nothing where all is
+  std::optional<TriangleTree> shown_;  ///< empty if all of the surface is shown
 };
 
 }  // namespace

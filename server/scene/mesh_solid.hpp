@@ -1,8 +1,8 @@
-// The solid inside a closed triangle mesh: all points around which it winds once or more (triangle_tree.hpp). Shells that overlap
-// or lie in each other are one solid, a shell whose triangles face into it is a cavity.
+// The solid inside a closed triangle mesh: all points around which the mesh winds once or more (triangle_tree.hpp). Shells that
+// overlap or contain each other form one solid; a shell whose triangles face into it is a cavity.
 //
-// The surface of such a solid is what has the solid on one side only; triangles that lie within it are left out, those that
-// cross another shell in parts of a kPieces-th of the size.
+// The surface of such a solid has the solid on one side only. Triangles within the solid are omitted; those that cross another
+// shell are omitted in parts of 1 / kPieces of the size.
 #pragma once
 
 #include <memory>

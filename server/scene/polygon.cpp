@@ -10,7 +10,7 @@ double twice_area(const Point& a, const Point& b, const Point& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-/// The corners in the plane across the polygon's mean normal, counter-clockwise.
+/// Projects the corners to the plane normal to the polygon's mean normal, counter-clockwise.
 std::vector<Point> flattened(std::span<const std::uint32_t> polygon, std::span<const Vec3> x) {
   Vec3 normal = Vec3::Zero();
   for (std::size_t i = 0; i < polygon.size(); ++i)
@@ -24,7 +24,7 @@ std::vector<Point> flattened(std::span<const std::uint32_t> polygon, std::span<c
   return flat;
 }
 
-/// What is left of a polygon, as a ring of corners.
+/// The remaining polygon, as a ring of corners.
 class Ring {
  public:
   explicit Ring(std::vector<Point> flat)
@@ -37,7 +37,7 @@ class Ring {
     for (std::size_t i = 0; i < n; ++i) ear_[i] = is_ear(i);
   }
 
-  /// The next ear from `i` on; `i` itself where there is none.
+  /// Returns the next ear from `i` on; `i` itself if there is none.
   std::size_t ear_from(std::size_t i, std::size_t left) const {
     std::size_t at = i;
     for (; left > 0; --left, at = after_[at])
@@ -53,7 +53,7 @@ class Ring {
   }
 
  private:
-  /// A corner that juts out, and whose triangle holds no other corner.
+  /// Returns true for a convex corner whose triangle contains no other corner.
   bool is_ear(std::size_t i) const {
     const Point &a = flat_[before_[i]], &b = flat_[i], &c = flat_[after_[i]];
     if (!(twice_area(a, b, c) > 0)) return false;
@@ -84,7 +84,7 @@ void cut_polygon(std::span<const std::uint32_t> polygon, std::span<const Vec3> x
     const std::size_t ear = ring.ear_from(at, left);
     out.push_back({polygon[ring.before(ear)], polygon[ear], polygon[ring.after(ear)]});
     ring.cut(ear);
-    at = ring.after(ring.after(ear));  // not fans alone
+    at = ring.after(ring.after(ear));  // avoids fans
   }
 }
 

@@ -15,7 +15,7 @@ std::string in_words(const Index3& n) {
   return "[" + std::to_string(n[0]) + ", " + std::to_string(n[1]) + ", " + std::to_string(n[2]) + "]";
 }
 
-/// The free node nearest to the top: highest in z (a sheet: in y), and among those nearest to the middle, lower indices first.
+/// Free node nearest to the top: highest in z (in a sheet: y), among those nearest to the middle, lower indices first.
 std::uint32_t middle_of_top(const LumpedBody& body) {
   const int up = body.planar ? 1 : 2;
   Vec3 low = body.nodes[0], high = body.nodes[0];
@@ -24,7 +24,7 @@ std::uint32_t middle_of_top(const LumpedBody& body) {
     high = high.cwiseMax(x);
   }
   const double tie = 1e-9 * (high - low).norm();
-  Vec3 middle = 0.5 * (low + high) - Vec3::Constant(tie);  // leans to lower indices
+  Vec3 middle = 0.5 * (low + high) - Vec3::Constant(tie);  // biased to lower indices
   std::uint32_t best = 0;
   double best_height = -1e9, best_distance = 0;
   for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {

@@ -1,4 +1,4 @@
-// A scene as the server uses it: every default filled in, everything in range.
+// A scene as the server uses it: every default filled in, every value in range.
 #pragma once
 
 #include <array>
@@ -26,12 +26,12 @@ struct Element {
   double rest_length_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
 };
 
-/// A solid, isotropic but for its fibres: Young's modulus and Poisson's ratio of small strains (of what is no fibre), and the
-/// time t by which its viscous stress is that of the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
+/// A solid, isotropic except for its fibres: Young's modulus and Poisson's ratio at small strains (without the fibres), and the
+/// time t that relates its viscous stress to the rate of strain (stiffness-proportional Rayleigh damping, D = t K at rest).
 struct SolidMaterial {
   SolidLaw law = SolidLaw::neo_hookean;
   double young_pa = 10e3, poisson = 0.45, damping_s = 0.01;
-  // What the law has besides (solid_law.hpp), and what is added to it.
+  // Further parameters of the law (solid_law.hpp), and the fibres added to it.
   double shape = 0;
   std::array<double, 2> exponents{};
   Fibres fibres{};
@@ -40,7 +40,7 @@ struct SolidMaterial {
 };
 
 /// A linear tetrahedron: nodes 1, 2, 3 counter-clockwise seen from outside, opposite node 0 (positive volume). Or a triangle of a
-/// membrane: the last node is the first.
+/// membrane: the last node equals the first.
 struct Tetrahedron {
   std::array<std::uint32_t, 4> nodes{};
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
@@ -49,43 +49,43 @@ struct Tetrahedron {
   std::size_t corners() const { return is_triangle() ? 3 : 4; }
 };
 
-/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/body/hexa_kernel.hpp): bit a of a node's
-/// place here says on which side of the element it is along axis a; a positive volume.
+/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/body/hexa_kernel.hpp). Bit a of a node's
+/// index in `nodes` says on which side of the element it lies along axis a; the volume is positive.
 struct Hexahedron {
   std::array<std::uint32_t, 8> nodes{};
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
 };
 
-/// What the cells of a solid are made of.
+/// Element type of the cells of a solid.
 enum class SolidElement : std::uint8_t { hexahedron, tetrahedron };
 
-/// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, which
-/// ligaments hold: springs to nodes that are fixed and belong to nothing else. Surface vertices are
-/// nodes, so a surface point is a weighted node position.
+/// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, and held by ligaments:
+/// springs to fixed nodes that belong to nothing else. Surface vertices are nodes, so a surface point is a weighted sum of node
+/// positions.
 struct LumpedBody {
-  bool planar = false;      ///< 2-D lattice: nothing moves or pushes along z
+  bool planar = false;      ///< 2-D lattice: no motion or force along z
   std::vector<Vec3> nodes;  ///< rest positions [m]
   std::vector<double> masses_kg;
   std::vector<std::uint8_t> fixed;
   std::vector<Element> elements;
-  std::vector<Tetrahedron> tetrahedra;   ///< those that are triangles last
-  std::vector<Hexahedron> hexahedra;     ///< never beside tetrahedra that have a volume
-  std::vector<SolidMaterial> materials;  ///< of fast motions; of a membrane young_pa is by its thickness [N/m]
-  std::vector<PronyBranch> relaxation;   ///< of all that have a volume (server/body/relaxation.hpp)
-  double mass_damping_1_s = 0;      ///< of finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
-  std::vector<Triangle> triangles;  ///< closed outer surface over nodes, outward counter-clockwise; empty for planar bodies
+  std::vector<Tetrahedron> tetrahedra;   ///< triangles of membranes last
+  std::vector<Hexahedron> hexahedra;     ///< never together with tetrahedra that have a volume
+  std::vector<SolidMaterial> materials;  ///< for fast motions; young_pa of a membrane is Young's modulus times thickness [N/m]
+  std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/body/relaxation.hpp)
+  double mass_damping_1_s = 0;           ///< finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
+  std::vector<Triangle> triangles;       ///< closed outer surface over nodes, counter-clockwise outward; empty for planar bodies
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
-  double left_out_share = 0;  ///< of what a closed surface holds (clip.hpp)
-  bool is_loaded = false;     ///< `nodes` are where gravity holds them, not where the body rests (server/body/unload.hpp)
+  double left_out_share = 0;  ///< share of the volume inside a closed surface that was dropped (clip.hpp)
+  bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };
 
-/// Every pair of nodes that an element joins, once: the springs' in their order, then those of finite elements, ascending.
+/// Every pair of nodes joined by an element, once: those of springs in their order, then those of finite elements, ascending.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& body);
-/// Mean length of them at rest [m], 0 for none.
+/// Mean length of these pairs at rest [m], 0 if there are none.
 double mean_edge_m(const LumpedBody& body);
 
 struct ToolSpec {
@@ -96,7 +96,7 @@ struct ToolSpec {
   double radius_m = 0;         ///< touch: contact radius of the tip (skin.hpp), 0 = a point
 };
 
-/// What moves the body on (server/body/integrator_selection.hpp).
+/// Integrator of the body (server/body/integrator_selection.hpp).
 enum class IntegratorKind : std::uint8_t { automatic, tr_bdf2, leapfrog, stabilised };
 
 struct SolverSpec {
@@ -111,18 +111,18 @@ struct Scene {
   SolverSpec solver;
 };
 
-/// Folders below which a scene may name meshes. Links are followed first: what lies elsewhere in truth is refused.
+/// Folders below which a scene may name meshes. Links are resolved first: a link to a file elsewhere is refused.
 using MeshFolders = std::vector<std::filesystem::path>;
 
-/// Reads and checks a scene file. For a body at work see open_scene() (server/body/unload.hpp). Throws InputError with file,
-/// line, field, value and what was expected. Paths inside a scene (meshes) are relative to the scene file, and lie below its
-/// folder or one of `besides`.
+/// Reads and checks a scene file. For a body as loaded by gravity see open_scene() (server/body/unload.hpp). Throws InputError
+/// with file, line, field, value and what was expected. Paths inside a scene (meshes) are relative to the scene file, and lie
+/// below its folder or one of `besides`.
 Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
-/// The same from memory; `name` stands for the file in errors, and paths are relative to it. It came from elsewhere, perhaps with
-/// the scene itself, so meshes lie below one of `folders` alone.
+/// The same from memory; `name` stands for the file in errors, and paths are relative to it. As the text may come from elsewhere,
+/// meshes must lie below one of `folders`.
 Scene read_scene(const std::string& json, const std::string& name, const MeshFolders& folders = {});
 
-/// The scene with every default filled in, as JSON that load_scene takes.
+/// Returns the scene with every default filled in, as JSON that load_scene accepts.
 std::string print_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 
 }  // namespace palpate

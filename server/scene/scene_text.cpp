@@ -14,13 +14,13 @@ namespace palpate {
 
 namespace {
 
-constexpr std::size_t kLongestNumber = 60;        // in a message
-constexpr std::size_t kMaxSceneBytes = 4u << 20;  // memory is some fifty times that
+constexpr std::size_t kLongestNumber = 60;        // longest number quoted in a message
+constexpr std::size_t kMaxSceneBytes = 4u << 20;  // memory is about fifty times that
 
-/// Whether a file lies below a folder, links followed.
+/// Returns true if a file lies below a folder, with links resolved.
 bool lies_below(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code fault;
-  const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(file), fault);  // it may not be there
+  const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(file), fault);  // the file need not exist
   if (fault) return false;
   const auto root = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
   const auto inside = place.lexically_relative(root);
@@ -33,7 +33,7 @@ MeshFolders with(const std::filesystem::path& folder, const MeshFolders& besides
   return all;
 }
 
-/// What only the parser finds, such as broken UTF-8. Its errors read "FILE:LINE: COLUMN: error: TEXT".
+/// Reports faults that only the parser finds, such as broken UTF-8. Its errors read "FILE:LINE: COLUMN: error: TEXT".
 [[noreturn]] void throw_parser_error(const std::string& file, const std::string& error) {
   const auto line_end = error.find(':', std::min(error.size(), file.size() + 1));
   const auto text = error.find("error: ");

@@ -1,7 +1,7 @@
-// A scene file as typed values, each with the line it came from.
+// A scene file as typed values, each with its line.
 //
 // The text is scanned as JSON, checked name by name and type by type against schema/scene.fbs, and then read by the FlatBuffers
-// parser. What passes has only known fields of the right type; ranges are checked later, through the members below.
+// parser. The result has only known fields of the right type; ranges are checked later, with the members below.
 #pragma once
 
 #include <filesystem>
@@ -15,26 +15,27 @@ namespace palpate {
 
 class SceneText {
  public:
-  /// Meshes lie below its folder or one of `besides`.
+  /// Meshes must lie below the file's folder or one of `besides`.
   explicit SceneText(const std::filesystem::path& file, const MeshFolders& besides = {});
-  /// From memory; `file` stands in errors, and paths inside the scene are relative to it. Meshes lie below one of `folders`.
+  /// Reads from memory; `file` is used in errors, and paths inside the scene are relative to it. Meshes must lie below one of
+  /// `folders`.
   SceneText(const std::string& json, const std::filesystem::path& file, MeshFolders folders = {});
 
   const schema::SceneT& values() const { return values_; }
   const std::filesystem::path& file() const { return file_; }
 
-  /// Paths read like "body.lattice.layers[1].below_z_m".
+  /// Paths look like "body.lattice.layers[1].below_z_m".
   bool has(const std::string& path) const;
 
-  /// "FILE:LINE" of a value, or of the innermost enclosing object when the value is absent.
+  /// Returns "FILE:LINE" of a value, or of the innermost enclosing object if the value is absent.
   std::string where(const std::string& path) const;
 
   /// Throws: the value at `path` (or its absence) is not what was expected.
   [[noreturn]] void refuse(const std::string& path, const std::string& expected) const;
-  /// Throws with words of the caller's own instead of the value.
+  /// Throws with `what` in place of the value.
   [[noreturn]] void refuse(const std::string& path, const std::string& what, const std::string& expected) const;
 
-  /// The file that the text at `path` names, in one of the folders in which meshes may lie.
+  /// Returns the file that the text at `path` names, in one of the folders for meshes.
   std::filesystem::path mesh_path(const std::string& path, const std::string& named) const;
 
   /// Refuses values outside [low, high]; `unit` may be empty.

@@ -16,7 +16,7 @@ namespace palpate {
 
 namespace {
 
-/// Number of single-letter insertions, deletions and changes from one word to the other.
+/// Edit distance: single-letter insertions, deletions and changes from one word to the other.
 std::size_t edits(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -31,9 +31,9 @@ std::size_t edits(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-constexpr std::size_t kLongestField = 64;  // that a misspelling is looked for of
+constexpr std::size_t kLongestField = 64;  // longest field for which a similar name is suggested
 
-/// A path as it is, unless its last name is one that no person would type.
+/// Returns a path as it is, unless its last name is one that no person would type.
 std::string shown(const std::string& path) {
   const std::string marked = in_quotes(path), plain = marked.substr(1, marked.size() - 2);
   return plain == path ? path : marked;

@@ -16,7 +16,7 @@ constexpr double kMaxStiffness = 1e7, kMaxDamping = 1e5;
 
 const std::string kLattice = "body.lattice";
 
-/// A field that may stand in the lattice or in the body around it; the path of the one that is given.
+/// Returns the path of a field that may stand in the lattice or in the body around it.
 std::string either_place(const SceneText& text, const std::string& field) {
   const std::string inner = kLattice + "." + field, outer = "body." + field;
   if (text.has(inner) && text.has(outer)) text.refuse(inner, inner + " and " + outer + " are both given", "one of them");
@@ -83,7 +83,7 @@ ClipSettings read_clip(const SceneText& text, const schema::ClipT& in) {
   return out;
 }
 
-/// Where the nodes are: nodes and size_m, or spacing_m around a clip.
+/// Reads the grid: nodes and size_m, or spacing_m around a clip.
 void read_place(const SceneText& text, const schema::LatticeT& in, LatticeSettings& out) {
   if (in.clip) out.clip = read_clip(text, *in.clip);
   if (!in.spacing_m) {
@@ -255,7 +255,7 @@ void read_ligaments(const SceneText& text, const schema::BodyT& body, SceneSetti
 
 }  // namespace
 
-/// As the wire has it: names go into logs and onto screens.
+/// Same rule as on the wire, as names go into logs and onto screens.
 bool is_name(const std::string& name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_name(name); }
 
 SceneSettings read_settings(const SceneText& text) {

@@ -1,4 +1,4 @@
-// What a scene file says, with every default filled in and every value in range: all that a body is built from.
+// Settings of a scene file, with every default filled in and every value in range: all that is needed to build a body.
 // docs/reference/scenes.md lists the fields; names here are theirs.
 #pragma once
 
@@ -15,10 +15,9 @@ namespace palpate {
 class SceneText;
 struct Json;
 
-/// What a solid's cells are where a scene does not say.
+/// Default element of a solid's cells.
 inline constexpr SolidElement kUsualElement = SolidElement::hexahedron;
 
-/// What a body of finite elements is made of.
 /// A membrane on the surface of a solid.
 struct CapsuleSettings {
   double young_pa = 0, thickness_m = 0, poisson = 0, damping_s = 0;
@@ -28,11 +27,11 @@ struct SolidSettings {
   SolidElement element = kUsualElement;
   SolidMaterial material;
   double mass_damping_1_s = 0;
-  std::vector<PronyBranch> relaxation = {};  ///< shares of the stress of fast motions; `material` is of slow ones
+  std::vector<PronyBranch> relaxation = {};  ///< shares of the stress of fast motions; `material` is for slow ones
   std::optional<CapsuleSettings> capsule = {};
 };
 
-/// Springs that together resist as an isotropic solid does (cauchy_lattice.hpp), in the place of one stiffness for all.
+/// Springs that together resist as an isotropic solid does (cauchy_lattice.hpp), instead of one stiffness for all.
 struct SpringsOfSolid {
   double young_pa = 0, damping_s = 0;
 };
@@ -56,7 +55,7 @@ struct EllipsoidSettings {
 };
 
 struct MeshSettings {
-  std::string file;  ///< as written
+  std::string file;  ///< as in the scene file
   std::filesystem::path path;
   double scale = 1;
   Vec3 rotation_deg = Vec3::Zero(), offset_m = Vec3::Zero();
@@ -70,16 +69,16 @@ struct ClipSettings {
 
 struct LatticeSettings {
   bool planar = false;
-  std::array<int, 3> nodes{};  ///< all 0 when spacing_m is used
+  std::array<int, 3> nodes{};  ///< all 0 if spacing_m is used
   Vec3 size_m = Vec3::Zero();  ///< a sheet: z is the thickness
   Vec3 origin_m = Vec3::Zero();
-  double spacing_m = 0;  ///< 0 when nodes are given
+  double spacing_m = 0;  ///< 0 if nodes are given
   std::optional<ClipSettings> clip;
   double density_kg_m3 = 1000, stiffness_n_m = 0, damping_n_s_m = 0;
   SpringLaw law = SpringLaw::linear;
   double stiffening = 10;
-  std::optional<SolidSettings> solid;              ///< finite elements in place of springs
-  std::optional<SpringsOfSolid> springs_of_solid;  ///< in the place of stiffness_n_m and damping_n_s_m; of a layer, `material`
+  std::optional<SolidSettings> solid;              ///< finite elements instead of springs
+  std::optional<SpringsOfSolid> springs_of_solid;  ///< replaces stiffness_n_m and damping_n_s_m, and `material` those of a layer
   std::vector<LayerSettings> layers;
   FixedSettings fixed;
   Vec3 gravity_m_s2 = Vec3::Zero();
@@ -100,7 +99,7 @@ struct MeshBodySettings {
   Vec3 gravity_m_s2 = Vec3::Zero();
 };
 
-/// Springs from all nodes within `radius_m` of `from_m` to a fixed point, of this stiffness together.
+/// Springs from all nodes within `radius_m` of `from_m` to a fixed point; the stiffness is their total.
 struct LigamentSettings {
   Vec3 from_m = Vec3::Zero(), to_m = Vec3::Zero();
   double radius_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
@@ -109,22 +108,22 @@ struct LigamentSettings {
 struct SceneSettings {
   std::string name;
   LatticeSettings lattice;
-  std::optional<MeshBodySettings> mesh;  ///< in place of the lattice
+  std::optional<MeshBodySettings> mesh;  ///< replaces the lattice
   std::vector<LigamentSettings> ligaments;
-  bool is_loaded = false;                       ///< the shape is given as gravity has it
+  bool is_loaded = false;                       ///< true: the shape is given as loaded by gravity
   ToolSpec tool;                                ///< tool.node is not set yet
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
-  double step_ms = 10;                          ///< of the solver
+  double step_ms = 10;                          ///< step of the solver
   IntegratorKind integrator = IntegratorKind::automatic;
 };
 
 /// Checks ranges and fills in defaults. Throws InputError.
 SceneSettings read_settings(const SceneText& text);
 
-/// The settings as a scene file that reads back to the same settings.
+/// Returns the settings as a scene file that reads back to the same settings.
 Json to_json(const SceneSettings& settings);
 
-inline constexpr double kMaxCoordinateM = 5;  ///< every node stays well inside kWorldExtentM
+inline constexpr double kMaxCoordinateM = 5;  ///< keeps every node well inside kWorldExtentM
 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};

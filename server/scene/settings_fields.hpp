@@ -1,4 +1,4 @@
-// What the readers of settings have in common: fields of a scene by their path, each in its range.
+// Helpers shared by the readers of settings: fields of a scene by their path, each checked against its range.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace palpate {
 
 inline std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
 
-/// A number that the schema leaves without a default.
+/// Returns a number for which the schema has no default.
 inline double required(const SceneText& text, const std::string& path, const flatbuffers::Optional<double>& value, double low,
                        double high, const char* unit) {
   if (!value) text.refuse(path, *unit ? "a number of " + std::string(unit) : "a number");
@@ -30,7 +30,7 @@ inline Vec3 vector(const SceneText& text, const std::string& path, const std::ve
   return Vec3(values[0], values[1], values[2]);
 }
 
-/// Index of `value` in `names`, or an error that lists them.
+/// Returns the index of `value` in `names`, or throws an error that lists them.
 template <std::size_t n>
 std::size_t choice(const SceneText& text, const std::string& path, const std::string& value,
                    const std::array<const char*, n>& names, std::size_t fallback) {
@@ -43,20 +43,21 @@ std::size_t choice(const SceneText& text, const std::string& path, const std::st
   text.refuse(path, all);
 }
 
-/// settings_mesh.cpp
+/// Defined in settings_mesh.cpp.
 SolidSettings read_solid(const SceneText& text, const std::string& path, const schema::SolidT& in);
-/// What a scene says of a solid at some place.
+/// Fields of a solid as given at one place of a scene.
 struct SolidFields {
   const std::string& material;
   const flatbuffers::Optional<double>&young_pa, &poisson, &damping_s;
   bool empty() const { return material.empty() && !young_pa && !poisson && !damping_s; }
 };
-/// A part of another stiffness; `path` is of the part, what it leaves out is the whole's. Law and Prony series are the whole's.
+/// Reads a part with its own stiffness; `path` is that of the part. Fields that it omits, the law and the Prony series are those
+/// of `whole`.
 SolidMaterial read_part(const SceneText& text, const std::string& path, const SolidMaterial& whole,
                         const std::vector<PronyBranch>& relaxation, const SolidFields& fields);
-/// The material that `path` names. Refuses a name that nobody knows.
+/// Returns the material that `path` names. Refuses an unknown name.
 const NamedMaterial& named_material(const SceneText& text, const std::string& path, const std::string& name);
-/// `path` if it is given, else what the material has, else what is usual.
+/// Returns the density at `path` if given, else that of the material, else the default.
 double read_density(const SceneText& text, const std::string& path, double usual_or_given, const std::string& material);
 MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);
 FixedSettings read_fixing(const SceneText& text, const std::string& path, const std::vector<std::string>& faces,

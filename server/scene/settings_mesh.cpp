@@ -1,4 +1,4 @@
-// Finite elements: what they are made of, and bodies that come as a mesh of them.
+// Settings of finite elements: their materials, and bodies given as meshes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ void take_numbers(const SceneText& text, const std::string& path, const SolidFie
   if (fields.damping_s) out.damping_s = required(text, path + ".damping_s", fields.damping_s, 0, kMaxDampingS, "s");
 }
 
-/// Of Ogden's law: one exponent, or two and the share of the second.
+/// Reads the exponents of Ogden's law: one, or two and the share of the second.
 void take_exponents(const SceneText& text, const std::string& path, const std::vector<double>& in, SolidMaterial& out) {
   const std::string where = path + ".exponents";
   if (in.empty() || in.size() > out.exponents.size()) text.refuse(where, "one number or two");
@@ -33,7 +33,7 @@ void take_exponents(const SceneText& text, const std::string& path, const std::v
   if (in.size() == 1) out.exponents[1] = in[0];
 }
 
-/// What a law has besides its moduli: from the scene, else from the material if that is of this law.
+/// Reads the parameters of a law beyond its moduli: from the scene, else from the material if that has the same law.
 void take_shape(const SceneText& text, const std::string& path, const schema::SolidT& in, SolidMaterial& out) {
   const bool named = !in.material.empty() && find_material(in.material)->solid.law == out.law;
   if (!named) out.shape = 0, out.exponents = {};
@@ -86,7 +86,7 @@ CapsuleSettings read_capsule(const SceneText& text, const std::string& path, con
   return out;
 }
 
-/// From the scene, else from the material.
+/// Reads the Prony series from the scene, else from the material.
 std::vector<PronyBranch> read_relaxation(const SceneText& text, const std::string& path, const schema::SolidT& in) {
   if (!text.has(path))
     return in.material.empty() ? std::vector<PronyBranch>() : named_material(text, path, in.material).relaxation;

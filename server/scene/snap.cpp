@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr int kSmoothingSteps = 12;
-constexpr double kSmoothing = 0.5;  // part of the way to the mean of the neighbours, per step
-constexpr double kMaxMove = 1.0;    // spacings
+constexpr double kSmoothing = 0.5;  // share of the way to the mean of the neighbours, per step
+constexpr double kMaxMove = 1.0;    // [spacings]
 constexpr int kRimSteps = 8;
 constexpr int kInteriorSweeps = 40;
 
@@ -33,7 +33,7 @@ class Snapper {
   }
 
  private:
-  /// Outside nodes, their neighbours along the edges of faces, and the axes along which they may not move.
+  /// Collects outer nodes, their neighbours along the edges of faces, and the axes along which they may not move.
   void classify(std::span<const BoundaryFace> faces) {
     const std::size_t n = x_.size();
     outside_.assign(n, 0);
@@ -64,7 +64,8 @@ class Snapper {
     return p;
   }
 
-  /// Mean of the neighbours along the surface. On the rim of a flat cut only the rim counts: the others would pull it inwards.
+  /// Mean of the neighbours along the surface. On the rim of a flat cut only rim nodes count, as the others would pull it
+  /// inwards.
   Vec3 mean_around(std::size_t i) const {
     Vec3 sum = Vec3::Zero();
     int count = 0;
@@ -88,7 +89,7 @@ class Snapper {
     x_ = std::move(next);
   }
 
-  /// Moves of the outside carried inwards: every inner move becomes the mean of its neighbours' moves.
+  /// Carries the moves of outer nodes inwards: every inner move becomes the mean of its neighbours' moves.
   void move_inside() {
     for (int sweep = 0; sweep < kInteriorSweeps; ++sweep) {
       grid_.each([&](const Index3& n) {

@@ -1,4 +1,4 @@
-// A solid given by its signed distance: negative inside, zero on the surface, positive outside [m].
+// A solid defined by its signed distance: negative inside, zero on the surface, positive outside [m].
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,13 +12,13 @@ namespace palpate {
 class Solid {
  public:
   virtual ~Solid() = default;
-  /// Exact to first order near the surface; elsewhere the sign is right and the size a fair estimate.
+  /// Signed distance: exact to first order near the surface; elsewhere the sign is right and the size a fair estimate.
   virtual double distance(const Vec3& p) const = 0;
-  /// A point of the surface close to p, for p not far from it.
+  /// Returns a point of the surface close to p, for p not far from it.
   virtual Vec3 nearest(const Vec3& p) const = 0;
-  /// A box that holds the solid.
+  /// Returns a box that holds the solid.
   virtual Eigen::AlignedBox3d bounds() const = 0;
-  /// [m^3]; 0 where it is not known.
+  /// Volume [m^3]; 0 if unknown.
   virtual double volume() const { return 0; }
 };
 

@@ -1,4 +1,4 @@
-// Triangulated surfaces: the outside of a set of cells, and the questions that every closed surface must answer.
+// Triangulated surfaces: the outside of a set of cells, and checks that every closed surface must pass.
 #pragma once
 
 #include <cstddef>
@@ -14,22 +14,23 @@ namespace palpate {
 /// A face between a cell of the set and the outside, corners counter-clockwise seen from outside.
 struct BoundaryFace {
   std::array<std::uint32_t, 4> corners;  ///< node numbers
-  bool odd = false;                      ///< chequerboard colour: which diagonal splits it
-  std::int8_t wall = -1;                 ///< axis that the face is normal to when it lies on the outside of the grid, else -1
+  bool odd = false;                      ///< chequerboard colour: selects the diagonal that splits the face
+  std::int8_t wall = -1;                 ///< axis normal to the face if it lies on the outside of the grid, else -1
 };
 
 /// All boundary faces; `number` maps a grid node to its number in the body.
 std::vector<BoundaryFace> boundary_faces(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number);
 
-/// Two triangles per face. Neighbours are split along alternate diagonals, so that a symmetric body keeps a symmetric surface.
+/// Returns two triangles per face. Neighbours are split along alternate diagonals, so that a symmetric body keeps a symmetric
+/// surface.
 std::vector<Triangle> split_alternately(std::span<const BoundaryFace> faces);
-/// Two triangles per face, split along the shorter diagonal.
+/// Returns two triangles per face, split along the shorter diagonal.
 std::vector<Triangle> split_shorter(std::span<const BoundaryFace> faces, std::span<const Vec3> x);
 
-/// Volume inside a closed surface by the divergence theorem [m^3]; negative when the triangles face inwards.
+/// Volume inside a closed surface by the divergence theorem [m^3]; negative if the triangles face inwards.
 double signed_volume(std::span<const Triangle> triangles, std::span<const Vec3> x);
 
-/// How well a surface closes. A directed edge a -> b is matched when b -> a occurs, and each occurs once.
+/// Faults in the closure of a surface. A directed edge a -> b is matched when b -> a occurs, and each occurs once.
 struct EdgeReport {
   std::size_t open = 0;                    ///< edges with one triangle
   std::size_t crowded = 0;                 ///< edges with three triangles or more

@@ -14,10 +14,10 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kStlHead = 84, kStlTriangle = 50, kStlNormal = 12;
-constexpr double kMaxUnits = 1e12;  // of a coordinate
+constexpr double kMaxUnits = 1e12;  // largest coordinate
 const std::string kTooMany = "at most " + std::to_string(kMaxTriangles);
 
-/// A coordinate in the precision that binary STL files have, so that a surface gives the same body from any file.
+/// Rounds a coordinate to the precision of binary STL files, so that a surface gives the same body from any file format.
 double coordinate(const Words& in, double value) {
   if (std::abs(value) > kMaxUnits) in.fail("a coordinate of " + std::to_string(value), "at most 1e12");
   return static_cast<double>(static_cast<float>(value));
@@ -125,7 +125,8 @@ TriangleMesh read_binary_stl(std::string_view bytes, std::size_t triangles, cons
   return mesh;
 }
 
-/// Text as people write it begins with "solid", after a byte order mark or blanks, in small letters or capitals.
+/// Returns true if the file begins like hand-written text: with "solid", in lower or upper case, after an optional byte order
+/// mark or blanks.
 bool begins_as_text(std::string_view bytes) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
   bytes.remove_prefix(std::min(bytes.find_first_not_of(" \t\r\n\v\f"), bytes.size()));
@@ -141,7 +142,7 @@ TriangleMesh read_stl(std::string_view bytes, const std::string& where) {
   std::uint32_t triangles = 0;
   if (bytes.size() >= kStlHead) std::memcpy(&triangles, bytes.data() + kStlHead - sizeof triangles, sizeof triangles);
   const std::size_t whole = kStlHead + kStlTriangle * std::size_t{triangles};
-  // Binary files, too, may begin with "solid": their size tells.
+  // Binary files may also begin with "solid"; their size distinguishes them.
   if (begins_as_text(bytes) && bytes.size() != whole)
     return read_text_stl(bytes.substr(bytes.starts_with("\xEF") ? 3 : 0), where);
   if (bytes.size() < kStlHead) throw InputError(where, "is no STL file", "a text that begins with \"solid\", or a binary file");

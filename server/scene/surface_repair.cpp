@@ -25,7 +25,7 @@ EdgeUses uses_of_edges(std::span<const Triangle> triangles) {
   return {uses.begin(), uses.end()};
 }
 
-/// Of triangles over the same corners that face the same way the first stays.
+/// Drops all but the first of triangles over the same corners with the same orientation.
 std::size_t drop_doubled(std::vector<Triangle>& triangles) {
   std::set<Triangle> seen;
   return std::erase_if(triangles, [&](Triangle t) {
@@ -34,7 +34,8 @@ std::size_t drop_doubled(std::vector<Triangle>& triangles) {
   });
 }
 
-/// The open edges in the order of a loop that a polygon in the hole has, from `first` on; empty where they are no simple loop.
+/// Open edges in the order of the loop that a polygon in the hole would have, starting at `first`; empty if they form no simple
+/// loop.
 std::vector<std::uint32_t> loop_from(const std::map<std::uint32_t, std::uint32_t>& next, std::uint32_t first) {
   std::vector<std::uint32_t> loop{first};
   for (auto at = next.find(first); at != next.end() && loop.size() <= kMaxCorners; at = next.find(at->second)) {
@@ -56,10 +57,10 @@ double size_of(const TriangleMesh& mesh) {
   return box.diagonal().norm();
 }
 
-/// Needs triangles that all face the same way.
+/// Requires triangles of consistent orientation.
 std::size_t close_holes(TriangleMesh& mesh) {
   const EdgeUses uses = uses_of_edges(mesh.triangles);
-  std::map<std::uint32_t, std::uint32_t> next;  // along the edges that the triangles of the hole would have
+  std::map<std::uint32_t, std::uint32_t> next;  // along the edges of the hole's missing triangles
   std::set<std::uint32_t> forks;
   for (const auto& [edge, triangle] : uses) {
     if (uses.contains({edge.second, edge.first})) continue;
@@ -80,7 +81,7 @@ std::size_t close_holes(TriangleMesh& mesh) {
   return holes;
 }
 
-/// Shells: sets of triangles that are joined by edges of two.
+/// Shells: sets of triangles connected by edges of two triangles.
 class Shells {
  public:
   explicit Shells(std::vector<Triangle>& triangles) : triangles_(triangles), shell_(triangles.size(), kNoNode) {
@@ -102,11 +103,10 @@ class Shells {
   }
 
  private:
-  /// Over all triangles that are joined to `first`; the fewer of those that face one way and those that face the other are
-  /// turned.
+  /// Visits all triangles connected to `first`; the minority orientation is reversed.
   void spread(std::uint32_t first, const EdgeUses& uses) {
     const auto shell = static_cast<std::uint32_t>(count_++);
-    std::vector<std::pair<std::uint32_t, bool>> found{{first, false}};  // whether it faces against the first
+    std::vector<std::pair<std::uint32_t, bool>> found{{first, false}};  // true: it faces against the first
     shell_[first] = shell;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const Triangle t = triangles_[found[i].first];
@@ -149,7 +149,7 @@ struct Shell {
   }
 };
 
-/// Shells that are inside out and lie in no other.
+/// Reverses shells that are inside out and lie in no other.
 std::size_t turn_shells(const TriangleMesh& mesh, Shells& shells) {
   std::vector<Shell> all;
   for (const std::vector<Triangle>& triangles : shells.parts()) all.emplace_back(mesh, triangles);

@@ -1,5 +1,4 @@
-// Small faults of surfaces that people draw, mended: triangles that are there twice, triangles and shells that face the wrong
-// way, small holes.
+// Repairs small faults of hand-made surfaces: duplicate triangles, triangles and shells with the wrong orientation, small holes.
 #pragma once
 
 #include <string>
@@ -8,21 +7,21 @@
 
 namespace palpate {
 
-inline constexpr double kMostHole = 0.1;  ///< of the size of the surface: the largest hole that is closed, measured around it
+inline constexpr double kMostHole = 0.1;  ///< largest hole that is closed, by its circumference over the size of the surface
 inline constexpr std::size_t kMostShells = 1'000;
 
-/// What was mended.
+/// Repairs that were made.
 struct SurfaceRepairs {
   std::size_t shells = 0;  ///< parts of the surface that share no edge
   std::size_t doubled = 0, holes = 0;
-  std::size_t turned = 0;         ///< triangles that faced against those beside them
-  std::size_t turned_shells = 0;  ///< that were inside out, and are no cavity of another
-  /// Of all that was mended, empty where nothing was.
+  std::size_t turned = 0;         ///< triangles that were oriented against their neighbours
+  std::size_t turned_shells = 0;  ///< shells that were inside out, and are no cavity of another
+  /// Describes all repairs; empty if there was none.
   std::string in_words() const;
 };
 
-/// Vertices at the same place are one. What cannot be mended stays as it is, for check_edges() (surface.hpp). Shells beyond
-/// kMostShells are counted and not turned.
+/// Merges vertices at the same position and repairs what it can. The rest stays as it is, for check_edges() (surface.hpp). Shells
+/// beyond kMostShells are counted but not reoriented.
 SurfaceRepairs repair_surface(TriangleMesh& mesh);
 
 }  // namespace palpate

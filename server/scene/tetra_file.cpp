@@ -20,7 +20,7 @@ constexpr std::size_t kMaxVertices = 1'000'000, kMaxCells = 4'000'000, kMaxTag =
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 constexpr const char* kGmshExpected = "version 2.2 or 4.1 (gmsh -format msh41)";
 
-// Kinds of cells by their number in a file; of those with nodes on edges and faces the corners, which come first, are taken.
+// Kinds of cells by their number in a file; cells with nodes on edges and faces list their corners first.
 const std::map<int, CellKind> kGmshKinds = {{4, CellKind::tetrahedron}, {11, CellKind::tetrahedron}, {5, CellKind::hexahedron},
                                             {12, CellKind::hexahedron}, {17, CellKind::hexahedron},  {6, CellKind::prism},
                                             {13, CellKind::prism},      {18, CellKind::prism},       {7, CellKind::pyramid},
@@ -38,7 +38,7 @@ Vec3 point(Words& in) {
   return {x, y, z};
 }
 
-/// Nodes of a .msh have tags; cells name them.
+/// Reads a .msh file, whose nodes have tags that cells refer to.
 class GmshReader {
  public:
   explicit GmshReader(Words& in) : in_(in) {}
@@ -105,7 +105,7 @@ class GmshReader {
     }
   }
 
-  /// Physical groups of volumes: the first of each.
+  /// Reads the physical groups of volumes: the first of each.
   void read_entities() {
     const auto points = in_.count(kMaxCells), curves = in_.count(kMaxCells), surfaces = in_.count(kMaxCells),
                volumes = in_.count(kMaxCells);
@@ -121,7 +121,7 @@ class GmshReader {
         const int group = in_.whole();
         if (g == 0 && i >= curves + surfaces) region_of_volume_[tag] = group;
       }
-      in_.skip(in_.count(kMaxCells));  // what bounds it
+      in_.skip(in_.count(kMaxCells));  // bounding surfaces
     }
   }
   void read_nodes_4() {
@@ -160,7 +160,7 @@ class GmshReader {
   Words& in_;
   double version_ = 0;
   TetraMesh mesh_;
-  // In order rather than hashed: tags could be chosen that share a hash.
+  // Ordered instead of hashed, as tags could be chosen that share a hash.
   std::map<std::size_t, std::uint32_t> number_;
   std::map<int, int> region_of_volume_;
 };
@@ -195,7 +195,7 @@ class VtkReader {
     in_.word();  // float or double
     for (std::size_t i = 0; i < n; ++i) mesh_.vertices.push_back(point(in_));
   }
-  /// "COUNT n0 n1 ..." a cell; from version 5 on two lists, OFFSETS and CONNECTIVITY.
+  /// Reads "COUNT n0 n1 ..." per cell; from version 5 on two lists, OFFSETS and CONNECTIVITY.
   void read_cells() {
     if (version_ >= 5) return read_cells_5();
     const auto n = in_.count(kMaxCells);
@@ -230,12 +230,12 @@ class VtkReader {
     in_.skip(2);  // LOOKUP_TABLE default
     read_regions();
   }
-  /// "FIELD name COUNT", then arrays "name components tuples type" with their numbers.
+  /// Reads "FIELD name COUNT", then arrays "name components tuples type" with their numbers.
   void read_field() {
     in_.word();
     for (auto arrays = in_.count(1000); arrays > 0; --arrays) {
       const std::string_view name = in_.word();
-      if (name == "METADATA") {  // of the array before: ends with an empty line, so at the next name
+      if (name == "METADATA") {  // belongs to the array before; ends with an empty line, so at the next name
         in_.skip_line();
         ++arrays;
         skip_metadata();
@@ -251,7 +251,7 @@ class VtkReader {
         in_.skip(components * tuples);
     }
   }
-  /// Up to the empty line behind it.
+  /// Skips to the next empty line.
   void skip_metadata() {
     std::string_view word;
     while (in_.next_on_line(word)) in_.skip_line();
@@ -276,7 +276,7 @@ class VtkReader {
       if (cells_[i][n] >= mesh_.vertices.size()) in_.fail("a cell names a point that is not there", "one of POINTS");
       nodes[n] = static_cast<std::uint32_t>(cells_[i][n]);
     }
-    if (types_[i] == kVtkVoxel) {  // its corners are in the order of their coordinates
+    if (types_[i] == kVtkVoxel) {  // a voxel orders its corners by their coordinates
       std::swap(nodes[2], nodes[3]);
       std::swap(nodes[6], nodes[7]);
     }

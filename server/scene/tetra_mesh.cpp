@@ -64,7 +64,7 @@ void check_in_one_piece(const TetraMesh& mesh, const std::string& where) {
   if (parts > 1) throw InputError(where, "falls apart into " + std::to_string(parts) + " pieces", "one body");
 }
 
-/// A volume in two groups is written twice by some programs.
+/// Drops duplicates, as some programs write a volume in two groups twice.
 void drop_doubled_cells(TetraMesh& mesh, const std::string& where) {
   std::set<std::array<std::uint32_t, 4>> seen;
   const std::size_t doubled = std::erase_if(mesh.cells, [&](const Tetrahedron& t) {
@@ -146,7 +146,7 @@ std::vector<Tetrahedron> split_cells(const CellSet& cells, const Grid& grid, std
   std::vector<Tetrahedron> out;
   cells.each([&](const Index3& c) {
     if (!cells.has(c)) return;
-    for (const auto& way : kWays) {  // from the lowest corner to the highest, an axis after the other
+    for (const auto& way : kWays) {  // from the lowest corner to the highest, one axis after the other
       Index3 at = c;
       Tetrahedron t;
       t.nodes[0] = number[grid.index(at)];

@@ -15,15 +15,16 @@ struct TetraMesh {
   std::vector<Tetrahedron> cells;  ///< `material` is the region's number in the file, 0 from a lattice
 };
 
-/// Corners of the cells that files hold: hexahedra and prisms one end after the other, the same way round; pyramids the base
+/// Corners of the cells in files: for hexahedra and prisms one end after the other, in the same direction; for pyramids the base
 /// first.
 enum class CellKind : std::uint8_t { tetrahedron = 4, pyramid = 5, prism = 6, hexahedron = 8 };
 
-/// Adds a cell as tetrahedra that end in its corner of the lowest number, its square faces cut through theirs (Dompierre et al.,
-/// 1999): cells that share a face cut it in the same way.
+/// Adds a cell as tetrahedra that share its corner of the lowest number, with the square faces cut through their own lowest
+/// corner (Dompierre et al., 1999): cells that share a face cut it in the same way.
 void add_cell(CellKind kind, std::span<const std::uint32_t> corners, std::uint32_t region, std::vector<Tetrahedron>& out);
 
-/// Every cell of a lattice as six tetrahedra around its diagonal (Kuhn): neighbours agree on the diagonal of the face they share.
+/// Splits every cell of a lattice into six tetrahedra around its diagonal (Kuhn): neighbours agree on the diagonal of the face
+/// they share.
 std::vector<Tetrahedron> split_cells(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number);
 
 Vec3 centre_of(const Tetrahedron& cell, std::span<const Vec3> x);
@@ -31,25 +32,25 @@ Vec3 centre_of(const Tetrahedron& cell, std::span<const Vec3> x);
 /// Signed volume of a tetrahedron [m^3].
 double volume_of(const Tetrahedron& cell, std::span<const Vec3> x);
 
-/// Mean ratio 12 (3 V)^(2/3) / sum of squared edges: 1 for a regular tetrahedron, 0 for a flat one, negative inside out.
+/// Mean ratio 12 (3 V)^(2/3) / sum of squared edges: 1 for a regular tetrahedron, 0 for a flat one, negative if inside out.
 double quality_of(const Tetrahedron& cell, std::span<const Vec3> x);
 
 /// Faces that belong to one tetrahedron only, counter-clockwise seen from outside.
 std::vector<Triangle> outer_faces(std::span<const Tetrahedron> cells);
 
-/// A quarter of each tetrahedron's mass to each of its nodes.
+/// Lumped masses of the nodes: each tetrahedron adds a quarter of its mass to each of its nodes.
 std::vector<double> lumped_masses(std::span<const Tetrahedron> cells, std::span<const Vec3> x, double density_kg_m3);
 
-inline constexpr double kMinQuality = 0.02;     ///< flatter tetrahedra are few (kMostFlat), or a mesh is refused
-inline constexpr double kLeastQuality = 0.005;  ///< of those few: what the steps of a body still stand
-inline constexpr double kMostFlat = 0.01;       ///< of all tetrahedra
+inline constexpr double kMinQuality = 0.02;     ///< at most kMostFlat of the tetrahedra may be flatter, or a mesh is refused
+inline constexpr double kLeastQuality = 0.005;  ///< lowest quality of those few with which a body can still be stepped
+inline constexpr double kMostFlat = 0.01;       ///< largest share of flat tetrahedra
 
-/// For every tetrahedron the part that it belongs to; parts have no face in common, at most nodes and edges: hinges.
+/// Returns the connected part of every tetrahedron; parts have no face in common, at most nodes and edges: hinges.
 std::vector<std::uint32_t> parts_by_faces(std::span<const Tetrahedron> cells);
 
-/// A mesh of a file that a body can be made of: turns what is inside out, drops vertices that no cell has and, with a line on
-/// stderr, cells that are there twice. Throws InputError that begins with `where` when more than few cells are flat, the mesh
-/// falls apart or faces belong to three cells.
+/// Checks a mesh from a file and makes it usable for a body: reorients cells that are inside out, drops vertices that no cell has
+/// and, with a line on stderr, duplicate cells. Throws an InputError that begins with `where` if more than few cells are flat,
+/// the mesh falls apart or a face belongs to three cells.
 void check_mesh(TetraMesh& mesh, const std::string& where);
 
 }  // namespace palpate

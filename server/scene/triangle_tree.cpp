@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
-constexpr double kFar = 3;  // reaches of a box, from where on its triangles count as one dipole
+constexpr double kFar = 3;  // distance, in radii of a box, beyond which its triangles count as one dipole
 
 Vec3 nearest_on_edge(const Vec3& a, const Vec3& b, const Vec3& p) {
   const double t = (p - a).dot(b - a) / (b - a).squaredNorm();
@@ -31,7 +31,7 @@ Vec3 nearest_on_triangle(const std::array<Vec3, 3>& x, const Vec3& p) {
   return best;
 }
 
-/// Van Oosterom and Strackee (1983): positive where the triangle runs clockwise, seen from p.
+/// Van Oosterom and Strackee (1983): positive if the triangle is clockwise as seen from p.
 double solid_angle_of(const std::array<Vec3, 3>& x, const Vec3& p) {
   const Vec3 a = x[0] - p, b = x[1] - p, c = x[2] - p;
   const double u = a.norm(), v = b.norm(), w = c.norm();

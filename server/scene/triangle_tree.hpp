@@ -1,12 +1,12 @@
-// Triangles in a tree of boxes: the nearest point of them, and how often they wind around a point.
+// Triangles in a tree of boxes, for the nearest point on them and the number of times they wind around a point.
 //
 // Generalised winding number (Jacobson, Kavan and Sorkine-Hornung, 2013):
 //
 //     w(p) = sum over triangles of their signed solid angle from p, over 4 pi
 //
-// For a closed surface it is the number of its shells that hold p, each counted with its orientation: 1 in a ball, 2 where two
-// balls overlap, 0 in a cavity whose triangles face into it. Triangles that are far away count as one dipole of their summed area
-// vectors (Barill et al., 2018), those that are near exactly.
+// For a closed surface it is the number of its shells that contain p, each counted with its orientation: 1 in a ball, 2 where two
+// balls overlap, 0 in a cavity whose triangles face into it. Distant triangles count as one dipole of their summed area vectors
+// (Barill et al., 2018), near ones exactly.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,7 +18,7 @@ namespace palpate {
 
 class TriangleTree {
  public:
-  /// At least one triangle.
+  /// Requires at least one triangle.
   explicit TriangleTree(TriangleMesh mesh);
 
   Vec3 nearest(const Vec3& p) const;
@@ -29,10 +29,10 @@ class TriangleTree {
  private:
   struct Box {
     Eigen::AlignedBox3d box;
-    std::uint32_t first = 0, count = 0;               ///< of order_, for a leaf
-    std::uint32_t left = 0, right = 0;                ///< of boxes_, when count is 0
-    Vec3 area = Vec3::Zero(), centre = Vec3::Zero();  ///< sum of area vectors; their middle, weighted by area
-    double reach = 0;                                 ///< from there to the farthest corner of the box
+    std::uint32_t first = 0, count = 0;               ///< range in order_, for a leaf
+    std::uint32_t left = 0, right = 0;                ///< indices into boxes_, when count is 0
+    Vec3 area = Vec3::Zero(), centre = Vec3::Zero();  ///< sum of area vectors; their centre, weighted by area
+    double reach = 0;                                 ///< distance from the centre to the farthest corner of the box
   };
   struct Hit {
     Vec3 point;

@@ -52,7 +52,7 @@ double Words::number_in(std::string_view w) const {
   const std::string_view digits = w.substr(w.starts_with('+') ? 1 : 0);
   double value = 0;
   auto [end, fault] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (fault == std::errc::result_out_of_range) {  // 0 where it is too small
+  if (fault == std::errc::result_out_of_range) {  // also for values that underflow
     value = std::strtod(std::string(digits).c_str(), nullptr);
     fault = {};
   }

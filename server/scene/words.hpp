@@ -1,5 +1,5 @@
-// A text file word by word, with the number of the line in errors. Nothing that it hands out is larger than what is left of the
-// text: a count of things to come is refused where the text has no room for them, before anything is allocated.
+// Reads a text file word by word, with line numbers in errors. No result is larger than the remaining text: a count of items is
+// refused before allocation if the text has no room for them.
 #pragma once
 
 #include <cstddef>
@@ -10,25 +10,25 @@ namespace palpate {
 
 class Words {
  public:
-  /// `text` outlives it; `where` begins every error.
+  /// `text` must outlive this object; `where` begins every error.
   Words(std::string_view text, std::string where) : rest_(text), where_(std::move(where)) {}
 
-  /// False at the end of the text. The word lies in the text.
+  /// Returns false at the end of the text. The word is a view into the text.
   bool next(std::string_view& word);
-  /// False at the end of the line, which stays to be skipped. A backslash at its end goes on in the next one.
+  /// Returns false at the end of the line, which remains to be skipped. A backslash at its end continues the line.
   bool next_on_line(std::string_view& word);
 
-  // Each throws InputError where the text has no such thing.
+  // Each throws InputError if the text has no such item.
   std::string_view word();
   double number();
   int whole();
   /// A whole number from 0 to `most`.
   std::size_t index(std::size_t most);
-  /// The number of things to come, of which each takes two bytes at least.
+  /// A number of following items, each of which occupies at least two bytes.
   std::size_t count(std::size_t most);
   void skip(std::size_t words);
   void skip_line();
-  /// Of a word that was taken before.
+  /// Converts a word that was read before.
   double number_in(std::string_view word) const;
 
   [[noreturn]] void fail(const std::string& what, const std::string& expected) const;

@@ -17,7 +17,7 @@ bool same_station(const Hello& a, const Hello& b) {
   return a.station == b.station && a.role == b.role && a.shadow_of == b.shadow_of && a.room == b.room;
 }
 
-/// A name is one station's in a room; no rooms are all.
+/// Returns true if both rights could give one name in one room; an empty list of rooms means all.
 bool may_share_a_name(const Rights& a, const Rights& b) {
   const bool apart = !a.rooms.empty() && !b.rooms.empty() &&
                      std::find_first_of(a.rooms.begin(), a.rooms.end(), b.rooms.begin(), b.rooms.end()) == a.rooms.end();

@@ -1,4 +1,4 @@
-// A server that knows its stations by their keys: datagrams of the channel in, messages for the rooms out, and back.
+// Server that identifies stations by their keys: converts datagrams of the channel to messages for the rooms and back.
 #pragma once
 
 #include "common/wire/codec.hpp"
@@ -6,14 +6,14 @@
 
 namespace palpate {
 
-/// A message that came through the channel, its asking cut down to what the sender may.
+/// A message that came through the channel, reduced to the rights of its sender.
 struct Letter {
   ChannelPeer from = 0;
   WireFault fault = WireFault::none;
   Message message;
   std::size_t size = 0;
-  bool shown = true;  ///< of ServerChannel::Opened
-  Ruling ruling;      ///< refused: in place of an answer from the room
+  bool shown = true;  ///< see ServerChannel::Opened
+  Ruling ruling;      ///< `refused` is sent in place of an answer from the room
 };
 
 class ServerTrust {
@@ -22,14 +22,14 @@ class ServerTrust {
       : channel_(std::move(keys), std::move(draw), std::move(unix_now), times) {}
 
   std::optional<Letter> take(std::span<const std::byte> datagram, const ChannelAddress& from, Micros now);
-  /// What a room says to a session, sealed into `out` (kMaxSealedBytes); 0 when that is gone.
+  /// Seals a room's datagram for a session into `out` (kMaxSealedBytes); returns 0 if the session is gone.
   std::size_t seal(ChannelPeer to, std::span<const std::byte> plain, std::span<std::byte> out, ChannelAddress& address,
                    Micros now) {
     return channel_.seal(to, octets(plain), octets(out), address, now);
   }
-  /// After the rooms have said what they had to say to a session that ended.
+  /// Forgets an ended session; call after the rooms have sent their last messages to it.
   void forget(ChannelPeer peer);
-  /// Whether both are there with one key, and the first is the newer session.
+  /// Returns true if both sessions are present with one key and the first is the newer one.
   bool succeeds(ChannelPeer newer, ChannelPeer older) const;
   ServerChannel& channel() { return channel_; }
   const ServerChannel& channel() const { return channel_; }

@@ -1,4 +1,4 @@
-// The two hand-over structures between threads: order, freshness and no loss where none is allowed.
+// The two structures for exchange between threads: order, freshness, and no loss where none is allowed.
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>

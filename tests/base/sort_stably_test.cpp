@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// As what a processor with wide registers moves at once; it counts where it is put.
+/// As wide as a vector register; counts misaligned instances.
 struct alignas(64) Wide {
   Wide(int k, std::size_t p) : key(k), place(p) { see(); }
   Wide(Wide&& other) noexcept : key(other.key), place(other.place) { see(); }
@@ -25,7 +25,7 @@ struct alignas(64) Wide {
 
 TEST_CASE("items of any alignment are sorted, lie aligned all the time, and equal ones keep their order") {
   std::mt19937 random(7);
-  std::vector<std::vector<char>> between;  // memory that other sizes leave elsewhere
+  std::vector<std::vector<char>> between;  // allocations of other sizes that vary the addresses
   Wide::misplaced = 0;
   for (const std::size_t count : {0, 1, 2, 3, 17, 100, 1000}) {
     between.emplace_back(16 * count + 8);

@@ -1,4 +1,4 @@
-// Many right-hand sides side by side against dense factorisation.
+// Many right-hand sides at once against dense factorisation.
 #include "server/body/batch_cg.hpp"
 
 #include <Eigen/Cholesky>

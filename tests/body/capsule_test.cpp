@@ -1,4 +1,4 @@
-// A membrane on a solid: closed forms of its law, and what it does to a body.
+// A membrane on a solid: closed forms of its law, and its effect on a body.
 #include "server/scene/capsule.hpp"
 
 #include <Eigen/Dense>
@@ -83,7 +83,7 @@ TEST_CASE("what a player's triangle pushes beyond its tangent is what is left of
 }
 
 TEST_CASE("a block in a capsule resists by what its solid and its sides resist together", "[body][membrane]") {
-  // Neither gets narrower, nu = 0: all of it is stretched alike.
+  // nu = 0, so there is no lateral contraction: everything is stretched alike.
   const bool hexa = GENERATE(true, false);
   constexpr int kNodes = 4;
   const SolidMaterial solid{SolidLaw::corotational, 5e3, 0, 0};

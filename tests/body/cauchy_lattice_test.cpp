@@ -1,4 +1,4 @@
-// Lattices of springs of young_pa in bending: as far from the continuum as their cells are coarse, and no further.
+// Lattices of springs of young_pa in bending: their error against the continuum is that of the coarseness of their cells.
 #include <catch2/catch.hpp>
 
 #include "tests/support/hanging_bar.hpp"

@@ -1,4 +1,4 @@
-// The coarse space against the whole matrix, and what it does for conjugate gradients.
+// The coarse space against the whole matrix, and its effect on conjugate gradients.
 #include "server/body/coarse_space.hpp"
 
 #include <Eigen/Geometry>
@@ -18,7 +18,7 @@ LumpedBody body_of(int n, bool solid) {
   return solid ? solid_box(n, n, n, {SolidLaw::neo_hookean, 4000, 0.4, 0.05}) : box_body(n, n, n);
 }
 
-/// What every node does when the pieces move by q.
+/// Displacements of all nodes when the pieces move by q.
 Vector moved(const CoarseSpace& space, const Vector& q) {
   Vector x = Vector::Zero(3 * static_cast<Eigen::Index>(space.nodes().size()));
   for (std::size_t i = 0; i < space.nodes().size(); ++i) {

@@ -28,7 +28,7 @@ LumpedBody solid_of(SolidLaw law) {
   return body;
 }
 
-/// Springs of every law, finite elements, and both in one body; tetrahedra and hexahedra in a capsule.
+/// Bodies of springs of every law, of finite elements, and of both; of tetrahedra and hexahedra in a capsule.
 LumpedBody any_body(int which) {
   if (which >= 6) {
     LumpedBody body = which == 6 ? solid_of(SolidLaw::neo_hookean) : hexa_box(3, 3, 3, {SolidLaw::neo_hookean, 8e3, 0.4, 0.01});
@@ -73,9 +73,9 @@ TEST_CASE("Stiffness and damping of a body are the derivatives of its forces") {
   for (int trial = 0; trial < 20; ++trial) {
     Vector y(s.x.size());
     for (double& value : y) value = random.uniform(-1, 1);
-    // Short: the skin's slope has a corner at rest, where the elements between fixed nodes are.
+    // Short, as the skin's slope has a corner at rest, at the elements between fixed nodes.
     constexpr double kStepM = 1e-8, kStepMs = 1e-2;
-    const Vector zero = Vector::Zero(y.size());  // the tangent leaves out how a damper turns
+    const Vector zero = Vector::Zero(y.size());  // the tangent omits the rotation of dampers
     const Vector k_y = (forces(dynamics, s.x - kStepM * y, zero) - forces(dynamics, s.x + kStepM * y, zero)) / (2 * kStepM);
     const Vector d_y = (forces(dynamics, s.x, s.v - kStepMs * y) - forces(dynamics, s.x, s.v + kStepMs * y)) / (2 * kStepMs);
     BodyState still{0, s.x, zero};

@@ -1,4 +1,4 @@
-// What explicit integrators have in common: a way out where a body becomes too stiff, and work that threads share.
+// Common behaviour of explicit integrators: the fallback for a body that becomes too stiff, and work shared by threads.
 #include "server/body/explicit_stepper.hpp"
 
 #include <catch2/catch.hpp>

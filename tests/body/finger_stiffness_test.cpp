@@ -1,4 +1,4 @@
-// What is said of a body before anybody touches it, against a dense solve and against its mesh.
+// The reported stiffness of an untouched body, against a dense solve and against its mesh.
 #include "server/body/finger_stiffness.hpp"
 
 #include <Eigen/Cholesky>

@@ -1,5 +1,5 @@
-// Hexahedra side by side in single precision against the one kernel, cell by cell in double; explicit steps of them against
-// TR-BDF2 at a step at which that has converged.
+// Hexahedra in lanes of single precision against the one kernel, cell by cell in double; explicit steps of them against TR-BDF2
+// at a step at which that has converged.
 #include "server/body/hexa_forces.hpp"
 
 #include <catch2/catch.hpp>
@@ -46,7 +46,7 @@ double worst(const LumpedBody& body, double shift_m, double speed_m_s) {
   return off / most;
 }
 
-/// Some cells left out, so that rows end where they like.
+/// Removes some cells, so that rows end at irregular places.
 LumpedBody with_holes(LumpedBody body) {
   std::vector<Hexahedron> kept;
   for (std::size_t k = 0; k < body.hexahedra.size(); ++k)
@@ -55,7 +55,7 @@ LumpedBody with_holes(LumpedBody body) {
   return body;
 }
 
-/// From beside the middle of the top to a place outside.
+/// Adds a ligament from near the middle of the top to a place outside.
 void add_ligament(LumpedBody& body) {
   const std::uint32_t held = 62 + 50, anchor = static_cast<std::uint32_t>(body.nodes.size());
   body.nodes.push_back(body.nodes[held] + Vec3(0, -0.05, 0.03));
@@ -174,7 +174,7 @@ TEST_CASE("A squeezed solid is stepped in shorter steps, as much as its stiffest
   NodeArrays u(dynamics.nodes());
   CHECK(hexahedra.growth(u).stiffness == 1);
   CHECK(hexahedra.growth(u).damping == Approx(1));
-  // Stretched to 1.5 along x: F F^T has 2.25, and dP/dF what finite differences of P tell.
+  // Stretched to 1.5 along x: F F^T has 2.25, and dP/dF is known from finite differences of P.
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) u.set(i, {0.5 * body.nodes[i].x(), 0, 0});
   const auto growth = hexahedra.growth(u);
   CHECK(growth.damping == Approx(2.25).epsilon(1e-4));

@@ -40,7 +40,7 @@ std::vector<Mat38> rests() {
           box(Vec3::Constant(kEdgeM)) + draw.numbers<3, 8>(0.08 * kEdgeM)};
 }
 
-/// Little deformed, much, and pressed through itself.
+/// Slightly deformed, strongly deformed, and pressed through itself.
 std::vector<Mat38> shapes_of(const Mat38& rest) {
   Draw draw(5);
   std::vector<Mat38> all{rest};
@@ -180,14 +180,14 @@ TEST_CASE("A cube bends by the theory of beams whatever its Poisson's ratio, and
           "[body][hexa]") {
   struct Bent {
     Vec3 edges_m;
-    double stiffer;  // at most, than a beam
+    double stiffer;  // upper bound of the stiffness over that of a beam
   };
   for (const double poisson : {0.0, 0.3, 0.45, 0.499})
     for (const auto& [edges, stiffer] :
          {Bent{Vec3::Constant(kEdgeM), 1}, Bent{{0.02, 0.02, 0.01}, 2}, Bent{{0.04, 0.04, 0.01}, 2}}) {
       const SolidMaterial solid{SolidLaw::neo_hookean, 5e3, poisson, 0};
       const OneHexa element(solid, box(edges));
-      constexpr double kCurvature1M = 10;  // of fibres along x, over z
+      constexpr double kCurvature1M = 10;  // curvature of fibres along x, over z
       Mat38 x = box(edges);
       for (int i = 0; i < 8; ++i) {
         const Vec3 from_middle = box(edges).col(i) - 0.5 * edges;

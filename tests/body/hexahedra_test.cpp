@@ -1,4 +1,4 @@
-// Bodies of hexahedra: forces, energy and tangents of the whole, and what they are for: true to the continuum on few cells.
+// Bodies of hexahedra: forces, energy and tangents of the whole, and accuracy against the continuum with few cells.
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ namespace {
 
 const SolidMaterial kSoft{SolidLaw::neo_hookean, 5e3, 0.45, 0.02};
 
-/// Cells of many shapes: every node moved a little.
+/// Cells of many shapes: every node is moved a little.
 LumpedBody crooked_box(int nx, int ny, int nz, const SolidMaterial& material) {
   LumpedBody body = hexa_box(nx, ny, nz, material);
   Random random(12);
@@ -33,14 +33,14 @@ Vector forces_of(const Dynamics& dynamics, const Vector& x, const Vector& v) {
   return f;
 }
 
-/// hanging_bar.hpp, of 400 kPa.
+/// Sag of hanging_bar.hpp, with 400 kPa.
 double sag_mm(const std::string& nodes, double poisson, const std::string& element) {
   return hanging_bar_sag_mm(
       nodes, R"("solid": {"element": ")" + element + R"(", "young_pa": 400000, "poisson": )" + std::to_string(poisson) + "}");
 }
 
-/// A block of 60 x 60 x 30 mm and 10 kPa, bonded below, into whose top a square of 20 x 20 mm is pressed by 3 mm, glued to it:
-/// the force on that [N].
+/// Force [N] on a square of 20 x 20 mm that is glued to the top of a block of 60 x 60 x 30 mm, bonded below, and pressed in by 3
+/// mm.
 double punch_n(const std::string& nodes, double poisson, const std::string& element) {
   Scene scene = read_scene(R"({"body": {"lattice": {"nodes": )" + nodes +
                                R"(, "size_m": [0.06, 0.06, 0.03], "fixed_faces": ["z-"],
@@ -64,7 +64,7 @@ double punch_n(const std::string& nodes, double poisson, const std::string& elem
   return force_n;
 }
 
-/// Tip displacement of Cook's membrane, plane stress, of unit modulus, thickness and load, by linear statics at rest.
+/// Tip displacement of Cook's membrane, plane stress, for unit modulus, thickness and load, by linear statics at rest.
 double cook(int cells) {
   LumpedBody body = hexa_box(cells + 1, cells + 1, 2, {SolidLaw::neo_hookean, 1, 1.0 / 3, 0});
   for (Vec3& x : body.nodes) {
@@ -209,7 +209,7 @@ TEST_CASE("A hanging bar of hexahedra is as soft as the continuum, four cells hi
 
 TEST_CASE("A punch into a bonded block of hexahedra meets less force than quadratic elements with nodes as far apart have",
           "[body][hexa]") {
-  // bench/calculix: 3 x 3 x 3, and what finer ones lead to.
+  // bench/calculix: 3 x 3 x 3, and the limit of finer ones.
   struct Block {
     double poisson, force_n, least_n;
   };

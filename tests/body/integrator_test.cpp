@@ -1,4 +1,4 @@
-// The integrator: order, damping of what it cannot resolve, energy, equilibria, held nodes, failure and repeatability.
+// The integrator: order, damping of modes that it cannot resolve, energy, equilibria, held nodes, failure and repeatability.
 #include "server/body/integrator.hpp"
 
 #include <Eigen/Geometry>
@@ -26,7 +26,7 @@ BodyState run(const LumpedBody& body, BodyState state, double step_s, double unt
   return state;
 }
 
-/// A swing sideways that grows with height.
+/// A sideways motion that grows with height.
 BodyState plucked(const LumpedBody& body, double speed_m_s) {
   const Dynamics dynamics(body);
   BodyState s = dynamics.rest_state();
@@ -121,7 +121,7 @@ TEST_CASE("A body with a held node comes to rest where a dense Newton iteration 
   };
   REQUIRE(integrator.advance(s, ports, 6, at_tool).converged);
 
-  // Linear springs, written out again: residual and Jacobian of every element, held nodes as identity rows.
+  // Linear springs, coded independently: residual and Jacobian of every element, held nodes as identity rows.
   Vector x = dynamics.rest_state().x;
   x.segment<3>(3 * kNode) = tool;
   Vec3 push = Vec3::Zero();
@@ -253,7 +253,7 @@ TEST_CASE("However far a body is pulled out and let go of, a frame ends after so
 }
 
 TEST_CASE("Stiff bodies hang in gravity as soft ones do, in proportion") {
-  double sag_m = 0;  // times the modulus, of the softest
+  double sag_m = 0;  // product with the modulus, for the softest
   for (const double poisson : {0.3, 0.49, 0.499})
     for (const double young_pa : {1e5, 1e6, 1e7, 1e9}) {
       CAPTURE(poisson, young_pa);
@@ -267,7 +267,7 @@ TEST_CASE("Stiff bodies hang in gravity as soft ones do, in proportion") {
       for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
         farthest_m = std::max(farthest_m, (at_node(hangs.state.x, i) - body.nodes[i]).norm());
       if (young_pa == 1e5) sag_m = young_pa * farthest_m;
-      CHECK(young_pa * farthest_m == Approx(sag_m).epsilon(0.01));  // strains of up to 0.3 % of the softest
+      CHECK(young_pa * farthest_m == Approx(sag_m).epsilon(0.01));  // strains of up to 0.3 % in the softest
     }
 }
 

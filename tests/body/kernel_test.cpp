@@ -34,7 +34,7 @@ TEST_CASE("Both tangents of an element are the derivatives of its force for ever
   Random random(7);
   for (int trial = 0; trial < 300; ++trial) {
     const Element e{0, 1, 0.05, random.uniform(10, 500), random.uniform(0, 2)};
-    // From compressed to a fifth of the length to stretched to almost twice it: thigh_skin beyond the end of its curve.
+    // From compressed to a fifth of the length to stretched to almost twice it: beyond the end of thigh_skin's curve.
     const Vec3 d = random.uniform(0.2, 1.9) * e.rest_length_m * random_vector(random, 1).normalized();
     const Vec3 w = random_vector(random, 0.5);
     const ElementState s = kernel.evaluate(e, d, w);

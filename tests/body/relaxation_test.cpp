@@ -1,4 +1,4 @@
-// Stress that fades: against the hereditary integral, finite differences, and elastic bodies of what is left.
+// Relaxation of stress against the hereditary integral, finite differences, and elastic bodies with the long-term modulus.
 #include "server/body/relaxation.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -22,7 +22,7 @@ namespace {
 const SolidMaterial kFast{SolidLaw::neo_hookean, 8e3, 0.45, 0};
 const std::vector<PronyBranch> kBranches{{0.3, 0.05}, {0.25, 1.5}};
 
-/// Of crooked elements: nodes moved a little.
+/// Box of crooked elements: nodes are moved a little.
 LumpedBody fading_box(bool hexa, int n, const SolidMaterial& material = kFast) {
   LumpedBody body = hexa ? hexa_box(n, n, n, material) : solid_box(n, n, n, material);
   Random random(12);
@@ -43,7 +43,7 @@ Vector forces_of(const Dynamics& dynamics, const BodyState& state) {
   return f;
 }
 
-/// A state with a history that is not that of where it is.
+/// A state whose history does not match its position.
 BodyState remembering(const Dynamics& dynamics, std::uint64_t seed) {
   BodyState state = random_state(dynamics, seed, 0.15 * kSpacingM, 0);
   dynamics.relaxation().relax(0.1, state);
@@ -149,12 +149,12 @@ TEST_CASE("Of a small sinusoidal strain a solid gives back what the complex modu
     for (const double omega : {0.5, 4.0, 40.0}) {
       std::complex<double> expected = 1;
       for (const PronyBranch& b : kBranches) expected -= b.share / std::complex<double>(1, omega * b.time_s);
-      constexpr int kSteps = 400, kCycles = 12;  // of one cycle; until nothing of the start is left
+      constexpr int kSteps = 400, kCycles = 12;  // steps per cycle; cycles until the start has no effect
       const int cycles = kCycles + static_cast<int>(omega);
       BodyState state = rest;
       std::complex<double> measured = 0;
       const double h = 2 * std::numbers::pi / omega / kSteps;
-      for (int step = 0; step < cycles * kSteps; ++step) {  // as the integrator does: half, x, half
+      for (int step = 0; step < cycles * kSteps; ++step) {  // Strang splitting as in the integrator: half, x, half
         dynamics.relaxation().relax(h / 2, state);
         const double phase = omega * h * (step + 1);
         state.x = rest.x + std::sin(phase) * shape;
@@ -205,7 +205,7 @@ TEST_CASE("A body whose stress fades settles where an elastic one of what is lef
     REQUIRE(integrator.advance(state, none, 1.0, {}).converged);
     const double after_1 = (state.x - hangs.x).norm() / way;
     REQUIRE(integrator.advance(state, none, 25.0, {}).converged);
-    CHECK(after_1 > 0.05);  // creeps
+    CHECK(after_1 > 0.05);  // it creeps
     CHECK((state.x - hangs.x).norm() < 1e-4 * way);
   }
 }

@@ -1,4 +1,4 @@
-// What is left out where nothing happens: nothing that is felt, as long as nothing is out of balance not a bit.
+// Skipping of resting blocks: no effect on the felt force, and none to the last bit while nothing is out of balance.
 #include "server/body/resting_blocks.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using namespace palpate::test;
 
 namespace {
 
-/// A strip of tissue on a table, a row of nodes across it a block.
+/// A strip of tissue on a table; each block is a row of nodes across it.
 LumpedBody strip() { return box_body(16, 60, 6); }
 
 /// A tool that comes down at one end and trembles there.
@@ -27,7 +27,7 @@ ToolAt trembling(std::size_t, double t) {
 struct Felt {
   std::vector<Vec3> forces;  // at the end of each frame [N]
   BodyState state;
-  double needed_share = 0;  // on average
+  double needed_share = 0;  // mean
 };
 
 template <typename Integrator>
@@ -141,7 +141,7 @@ TEST_CASE("The less may be left out, the nearer a body that rests in part is to 
   double needed_before = 0;
   for (const double left_out_n : {1e-2, 1e-4, 1e-6}) {
     const Felt resting = touch<ExplicitIntegrator>(left_out_n, 2);
-    const double stiffness_n_m = 100;  // of a node that all others hold, and less
+    const double stiffness_n_m = 100;  // lower bound for a node that all others hold
     CHECK((resting.state.x - whole.state.x).cwiseAbs().maxCoeff() < left_out_n / stiffness_n_m);
     CHECK(resting.needed_share < 0.95);
     CHECK(resting.needed_share > needed_before);

@@ -1,4 +1,4 @@
-// The skin: what a tip of some width meets.
+// The skin: the surface as felt by a tip of finite width.
 #include "server/body/skin.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
-// A tool that slides without friction pushes along the normal alone, which turns as it slides: how true each integrator takes
-// that, the implicit one against itself in shorter steps, the others against the implicit one in much shorter ones.
+// A tool that slides without friction pushes along the normal alone, which turns as it slides. Accuracy of each integrator in
+// this: the implicit one against itself in shorter steps, the others against the implicit one in much shorter ones.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -17,7 +17,7 @@ struct Stroke {
   ToolBench bench;
   explicit Stroke(LumpedBody body) : bench(std::move(body), ContactKind::touch) { bench.port.parameters = {1500, 0}; }
 
-  /// Pressed in smoothly, then to and fro over the indentation that it makes.
+  /// Pressed in smoothly, then to and fro over its own indentation.
   std::vector<Vec3> felt(Stepper& stepper, double step_s) const {
     const double top_m = 3 * kSpacingM;
     return bench.felt(stepper, step_s, 0.6, [&](double t) {

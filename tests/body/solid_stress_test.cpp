@@ -1,4 +1,4 @@
-// Solids of every kind in states that no tissue survives, moved on by the integrator that is chosen for them.
+// Solids of every kind in states that no tissue survives, stepped by the integrator that is selected for them.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -66,8 +66,8 @@ void treat(IllTreatment treatment, Random& random, const LumpedBody& body, BodyS
   }
 }
 
-/// Two seconds. What is left alone gains no energy, but where stress fades: there what bends a body stays for a while. A tool
-/// goes away in the end, and touches nothing from afar.
+/// Simulates two seconds. An isolated body gains no energy, except with relaxation, where bending persists for a while. The tool
+/// leaves in the end and touches nothing from afar.
 void ill_treat(std::uint64_t seed, int trial) {
   constexpr double kTopM = 3 * kSpacingM, kAwayS = 0.3, kAwayMS = 1, kFrameS = 0.05;
   CAPTURE(seed, trial);
@@ -88,7 +88,7 @@ void ill_treat(std::uint64_t seed, int trial) {
     const double down_m = std::min(speed_m_s * t, 0.035), up_m = kAwayMS * std::max(0.0, t - kAwayS);
     return ToolAt{Vec3(0.04 + 0.1 * t, 0.03, kTopM + 0.002 - down_m + up_m), Vec3::Zero()};
   };
-  // As a room looks ahead: in few steps, far from converged, which may give up but not fly apart.
+  // As in rollouts: few steps, far from converged, which may give up but must not diverge.
   Integrator roughly(dynamics, skin,
                      {.tolerance_m = 0.01 * kSpacingM,
                       .solver = LinearSolver::Method::conjugate_gradients,

@@ -1,5 +1,5 @@
-// Bodies of finite elements against the theory of elasticity: a beam that bends, a ball pressed into a half-space, and a falling
-// clump that must not notice its own elements.
+// Bodies of finite elements against the theory of elasticity: a beam in bending, a ball pressed into a half-space, and a falling
+// clump whose elements must have no effect.
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <catch2/catch.hpp>
@@ -30,7 +30,7 @@ Sparse stiffness_at_rest(const Dynamics& dynamics) {
   return matrix;
 }
 
-/// Displacements with some components prescribed (finite in `given`) and forces on the others.
+/// Displacements under prescribed components (finite in `given`) and forces on the others.
 Vector solve_static(const Dynamics& dynamics, const Vector& given, const Vector& force) {
   const Sparse k = stiffness_at_rest(dynamics);
   std::vector<int> free;
@@ -76,8 +76,8 @@ double cantilever_over_theory(int across) {
   return kForceN * (std::pow(kLengthM, 3) / (3 * kYoungPa * inertia) + kLengthM / (5.0 / 6 * shear_pa * area)) / deflection;
 }
 
-/// Force on a ball over that of Hertz, with `cells` across the radius of the contact. A quarter of the half-space, cells that
-/// grow with the distance.
+/// Force on a ball over that of Hertz, with `cells` across the radius of the contact. A quarter of the half-space; cells grow
+/// with the distance.
 double ball_over_hertz(int cells) {
   constexpr int kCells = 15, kEven = 7;
   constexpr double kCellM = 1e-3, kGrowth = 1.5, kYoungPa = 1e4, kPoisson = 0.3, kBallM = 0.2;
@@ -110,11 +110,11 @@ TEST_CASE("A cantilever of tetrahedra bends as Timoshenko's beam, with an error 
   const double coarse = cantilever_over_theory(2) - 1, fine = cantilever_over_theory(4) - 1;
   INFO("too stiff by " << coarse << " and " << fine);
   CHECK(coarse / fine == Approx(4).margin(0.4));
-  CHECK((4 * fine - coarse) / 3 == Approx(0).margin(0.02));  // extrapolated to no size
+  CHECK((4 * fine - coarse) / 3 == Approx(0).margin(0.02));  // extrapolated to zero size
 }
 
 TEST_CASE("A ball pressed into a half-space of tetrahedra meets the force that Hertz found") {
-  // Too stiff by 11 %, of which the finite block makes a third; 8 % with 20 cells a side that grow by a quarter.
+  // Too stiff by 11 %, a third of which is due to the finite block; 8 % with 20 cells a side that grow by a quarter.
   CHECK(ball_over_hertz(6) == Approx(1).margin(0.12));
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("A free body of tetrahedra that falls and turns keeps its momenta and 
     CHECK(report.converged);
     CHECK((momentum() - before).head<3>().norm() < 1e-6 * before.head<3>().norm());
     CHECK((momentum() - before).tail<3>().norm() <
-          2e-3 * before.tail<3>().norm());  // of the integrator, second order in its step
+          2e-3 * before.tail<3>().norm());  // error of the integrator, second order in its step
     CHECK(dynamics.energy(s) / energy == Approx(1).margin(0.02));
     CHECK(dynamics.energy(s) < 1.001 * energy);
   }

@@ -1,4 +1,4 @@
-// Springs side by side in single precision against the one kernel, spring by spring in double.
+// Springs in lanes of single precision against the one kernel, spring by spring in double.
 #include "server/body/spring_forces.hpp"
 
 #include <catch2/catch.hpp>
@@ -111,6 +111,6 @@ TEST_CASE("The stiffest spring is the one with the largest strain") {
   const Bench bench(body);
   NodeArrays u(body.nodes.size());
   CHECK(bench.springs.stiffest(u) == Approx(1));
-  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) u.set(i, 0.1 * body.nodes[i]);  // everything 10 % longer
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i) u.set(i, 0.1 * body.nodes[i]);  // everything stretched by 10 %
   CHECK(bench.springs.stiffest(u) == Approx(1 + 3 * 12 * 0.01).epsilon(1e-4));
 }

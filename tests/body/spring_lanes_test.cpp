@@ -1,4 +1,4 @@
-// Springs side by side against one after the other, at every width that this processor has: to the bit.
+// Springs in lanes against one after the other, at every width of this processor: equal to the bit.
 #include "server/body/spring_lanes.hpp"
 
 #include <catch2/catch.hpp>
@@ -17,7 +17,7 @@ TEST_CASE("Forces of springs side by side are those of one after the other to th
   body.elements[5].stiffness_n_m *= 7;
   const Dynamics dynamics(body);
   BodyState state = random_state(dynamics, 4, 0.004, 0.5);
-  const Element& flat = body.elements[20];  // of no length now
+  const Element& flat = body.elements[20];  // now of zero length
   at_node(state.x, flat.b) = at_node(state.x, flat.a);
   const ElementKernel kernel(body.law, body.stiffening);
   Vector expected = Vector::Constant(state.x.size(), 0.125);

@@ -1,4 +1,4 @@
-// When a body may sleep: what it would still do, if it were stepped, stays below the bound.
+// A body may sleep only if its motion, were it stepped, would stay below the bound.
 #include "server/body/stillness.hpp"
 
 #include <catch2/catch.hpp>

@@ -94,7 +94,7 @@ TEST_CASE("The upper half that springs put together themselves is that of the wh
   REQUIRE(tangents.can_assemble());
   tangents.assemble(300, 20, 0.9, held, clamp, found);
   REQUIRE(found.first.size() == expected.first.size());
-  std::size_t at = 0;  // of what is found: pairs with a held node are left out there, and zero here
+  std::size_t at = 0;  // index into `found`, which omits pairs with a held node; they are zero here
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
     CHECK((found.diagonal[i] - expected.diagonal[i]).norm() < 1e-12 * expected.diagonal[i].norm());
     for (std::uint32_t k = expected.first[i]; k < expected.first[i + 1]; ++k) {

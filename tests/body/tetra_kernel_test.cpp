@@ -27,7 +27,7 @@ class Draw {
   std::normal_distribution<double> normal_;
 };
 
-/// Little strained, much strained, flattened, inside out.
+/// Slightly strained, strongly strained, flattened, inside out.
 std::vector<Mat3> deformations() {
   Draw draw(7);
   std::vector<Mat3> all{Mat3::Identity()};
@@ -87,7 +87,7 @@ TEST_CASE("a tetrahedron's tangent is the derivative of its stress", "[body][tet
   Draw draw(2);
   for (const TetraMaterial& m : materials())
     for (const Mat3& f : deformations()) {
-      if (m.law == SolidLaw::corotational && f.determinant() < 0.05) continue;  // cut where R turns over
+      if (m.law == SolidLaw::corotational && f.determinant() < 0.05) continue;  // clamped near the flip of R
       const Mat3 direction = draw.matrix(1);
       const double h = 1e-6;
       const Mat3 slope = (elastic_stress(m, f + h * direction) - elastic_stress(m, f - h * direction)) / (2 * h);
@@ -181,7 +181,7 @@ TEST_CASE("Ogden's law of the exponents 2 and -2 is that of Mooney and Rivlin wh
 }
 
 TEST_CASE("Ogden's stress is as sharp where principal stretches nearly agree as where they do not", "[body][tetra]") {
-  // Beside the definition: dPsi/dl_i in the principal frame.
+  // Against the definition: dPsi/dl_i in the principal frame.
   Draw draw(29);
   const SolidMaterial solid{SolidLaw::ogden, 5e3, 0.45, 0, 0.4, {9, -3}};
   const TetraMaterial m(solid);
@@ -199,7 +199,7 @@ TEST_CASE("Ogden's stress is as sharp where principal stretches nearly agree as 
 
 TEST_CASE("Ogden's tangent is no steeper than its bound says, where a solid is swollen or squeezed alike above all",
           "[body][tetra]") {
-  // By finite differences of the stress, without what lambda (G : dF) G has.
+  // By finite differences of the stress, without the term lambda (G : dF) G.
   Draw draw(31);
   for (const double exponent : {2.0, 5.0, -4.7})
     for (const double lambda : {0.5, 50.0, 1000.0})
@@ -251,7 +251,7 @@ TEST_CASE("what a player's tetrahedron pushes beyond its tangent is what is left
   Draw draw(19);
   for (const SolidMaterial& solid : solid_materials()) {
     const TetraMaterial m(solid);
-    if (m.law == SolidLaw::corotational) continue;  // in a frame of its own: tests/port
+    if (m.law == SolidLaw::corotational) continue;  // in its own frame: tests/port
     const double poisson = m.viscous_lambda / (2 * (m.viscous_lambda + m.viscous_mu)), mu_l = m.viscous_mu / 0.02,
                  lambda_l = m.viscous_lambda / 0.02;
     for (const Mat3& f : deformations()) {
@@ -275,7 +275,7 @@ TEST_CASE("what a player's tetrahedron pushes beyond its tangent is what is left
         const Mat3 all = elastic_stress(m, f + change), here = elastic_stress(m, f), linear = tangent.apply(change);
         const Mat3 expected = all - here - linear;
         INFO("nu " << poisson << ", law " << static_cast<int>(m.law) << ", |dF| " << change.norm() << ", F\n" << f);
-        // Rounding of single precision (6e-8) in the products of up to five numbers that the terms are summed of.
+        // Rounding of single precision (6e-8) in sums of products of up to five numbers.
         CHECK((found - expected).norm() < 2e-5 * expected.norm() + 5e-6 * (linear.norm() + here.norm() * change.norm()));
         const double second = 0.5 * linear.cwiseProduct(change).sum(), first = here.cwiseProduct(change).sum();
         const double stored = elastic_energy_density(m, f + change) - elastic_energy_density(m, f) - first - second;
@@ -312,10 +312,10 @@ TEST_CASE("a clamped tetrahedron never softens and is exact where it does not", 
       CHECK((clamped - clamped.transpose()).norm() < 1e-9 * clamped.norm());
       CHECK(eigen_clamped.eigenvalues().minCoeff() > -1e-9 * clamped.norm());
       const Eigen::SelfAdjointEigenSolver<Mat12> change(clamped - k);
-      CHECK(change.eigenvalues().minCoeff() > -1e-8 * clamped.norm());  // it only adds
+      CHECK(change.eigenvalues().minCoeff() > -1e-8 * clamped.norm());  // it only adds stiffness
       // The 9 eigenvalues of dP/dF are non-negative exactly when those of K are.
       if (eigen.eigenvalues().minCoeff() > -1e-9 * k.norm()) {
-        if (m.fibre_k == 0) CHECK((clamped - k).norm() < 1e-6 * k.norm());  // else each of both by itself
+        if (m.fibre_k == 0) CHECK((clamped - k).norm() < 1e-6 * k.norm());  // otherwise each is clamped by itself
         ++exact;
       } else {
         ++softening;

@@ -1,4 +1,4 @@
-// Tetrahedra side by side against one after the other, at every width that this processor has.
+// Tetrahedra in lanes against one after the other, at every width of this processor.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@ using namespace palpate;
 
 namespace {
 
-/// Up to eight tetrahedra that share nodes, strained, some inside out, and moving.
+/// Up to eight moving, strained tetrahedra that share nodes, some inside out.
 struct Fixture {
   std::vector<Mat34> rest;
   TetraGroup group{};
@@ -57,9 +57,9 @@ std::vector<TetraMaterial> lane_materials() {
   return all;
 }
 
-/// As many tetrahedra as deformation gradients, at most eight, that share no node.
+/// One tetrahedron per deformation gradient, at most eight, without common nodes.
 struct Apart {
-  static constexpr double kEdge = 0.01;  // of the three edges, along the axes, that meet in node 0
+  static constexpr double kEdge = 0.01;  // length of the three edges, along the axes, that meet in node 0
   TetraGroup group{};
   Vector x;
 
@@ -78,7 +78,7 @@ struct Apart {
     }
   }
   static Mat34 corners() { return (Mat34() << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1).finished() * kEdge; }
-  /// Of every tetrahedron, from its forces.
+  /// Stresses of all tetrahedra, from their forces.
   std::vector<Mat3> stresses(const TetraLoops& loops, const TetraMaterial& m) const {
     const Vector v = Vector::Zero(x.size());
     Vector f = Vector::Zero(x.size());
@@ -111,8 +111,8 @@ class LanesDraw {
   std::normal_distribution<double> normal_;
 };
 
-/// Kinds that take different numbers of iterations next to each other, all turned at random: little and much strained, very small
-/// and large, flat, thin, inside out and nearly a mirror image.
+/// Neighbours that take different numbers of iterations, all rotated at random: slightly and strongly strained, very small and
+/// large, flat, thin, inside out and nearly mirrored.
 std::vector<Mat3> lane_deformations() {
   LanesDraw draw;
   std::vector<Mat3> all{Mat3::Identity()};

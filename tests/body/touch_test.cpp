@@ -54,8 +54,8 @@ struct TouchBench {
 TEST_CASE("A resting push on a hung plate is the plate's springs in series with the contact") {
   const double coupling = GENERATE(500.0, 5000.0, 0.0);
   TouchBench bench(hung_plate(100, 5), {coupling, 0.0});
-  // Above the middle: all four corners would share were the plate stiff; this one bends along its diagonal 0-2, which carries
-  // alone.
+  // Above the middle. A stiff plate would share the load among all four corners; this one bends along its diagonal 0-2, which
+  // carries the load alone.
   const Vec3 tool(0.05, 0.05, -0.006);
   REQUIRE(bench.advance(5, [&](double) { return tool; }).converged);
   const double contact_softness = coupling > 0 ? 1 / coupling : 0;
@@ -77,7 +77,7 @@ TEST_CASE("On rigid ground the force is the contact's own stiffness, and a strok
     CHECK(lambda.head<2>().norm() <= 0.4 * 4 * (1 + 1e-9));
     slipped += bench.ports[0].point.weight[0] != before_x;
   }
-  // Stuck until k_c times the way is mu times the force (2 mm, 20 ms), then sliding, dragged along by the full cone.
+  // Stuck until k_c times the path is mu times the force (2 mm, 20 ms), then sliding, dragged along by the full cone.
   CHECK(slipped == Approx(280).margin(2));
   CHECK(bench.ports[0].lambda.x() == Approx(0.4 * 4));
 }
@@ -132,7 +132,7 @@ TEST_CASE("A step in which contact begins or ends is redone in short pieces") {
 }
 
 TEST_CASE("A thin plate that is pressed far and left fast lets the tool go and never pulls it") {
-  // Pressed through itself: its upper side comes back below its lower one, and as fast as the tool.
+  // Pressed through itself: its upper side returns below its lower one, as fast as the tool.
   struct Way {
     const char* plate;
     double middle_m, deep_m;

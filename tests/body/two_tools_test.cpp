@@ -1,4 +1,5 @@
-// Several tools on one body, moved as no hand would: the integrator goes on, and no tool stays hooked to what it has passed.
+// Several tools on one body, moved as no hand would: the integrator continues, and no tool stays attached to a surface that it
+// has passed.
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Bodies that are given as gravity holds them, and ligaments.
+// Bodies given in their shape under gravity, and ligaments.
 #include "server/body/unload.hpp"
 
 #include <catch2/catch.hpp>
@@ -25,7 +25,7 @@ double farthest_mm(const std::vector<Vec3>& nodes, const Vector& x) {
   return most;
 }
 
-/// A column of one cell that stands on its end or hangs from it, free to get thicker.
+/// A column of one cell that stands on its end or hangs from it, free to expand sideways.
 Scene column(bool loaded, const std::string& relaxation = "") {
   return read_scene(R"({"body": {"lattice": {"nodes": [2, 2, 21], "size_m": [0.005, 0.005, 0.1], "fixed_faces": ["z+"],
       "gravity_m_s2": [0, 0, -9.81], "solid": {"young_pa": 20000, "poisson": 0)" +

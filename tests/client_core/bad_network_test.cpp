@@ -1,4 +1,4 @@
-// What the hand feels when the network does its worst: datagrams twice and out of order, a path that changes, silence.
+// Forces under the worst network conditions: duplicated and reordered datagrams, a path that changes, silence.
 #include "small_world.hpp"
 
 using namespace palpate;
@@ -84,7 +84,7 @@ TEST_CASE("a link that is cut: the force is gone 50 ms after the patch's end, an
   world.run(1s);
   CHECK(ticks.back().force.norm() == Approx(1));
   CHECK(largest_step(ticks, cut) <= 1.0 / 50 + 1e-9);
-  // Back within a round trip, two frames and the fade.
+  // The force is back within a round trip, two frames and the fade.
   const auto back = healed + 60 + 100 + 50;
   CHECK(ticks[back].force.norm() == Approx(1));
 }

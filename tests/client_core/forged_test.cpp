@@ -1,4 +1,4 @@
-// What others send in the server's name, and a server that is gone.
+// Datagrams forged in the server's name, and a server that disappears.
 #include <algorithm>
 #include <functional>
 
@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Somebody who knows all of the session but what only the server sees, unless it is told.
+/// An attacker that knows the whole session except what only the server sees, unless given.
 struct Forger {
   SmallWorld& world;
   ClientCore& hand;
@@ -24,11 +24,11 @@ struct Forger {
     REQUIRE(size > 0);
     hand.take(std::span(bytes).first(size), world.clock(1));
   }
-  /// Somebody on the way has seen a datagram of the hand.
+  /// Clock stamp of a datagram of the hand that the attacker has seen.
   Micros seen() const { return world.places.at(1).sent; }
 };
 
-/// From the server's side nothing comes any more; how long until the hand feels nothing, and the largest step on the way.
+/// Outcome after the server's last datagram: the time until the force is zero, and the largest step on the way.
 struct End {
   Micros after{};
   double step_n = 0;
@@ -163,7 +163,7 @@ TEST_CASE("beats of somebody else do not keep the force of a dead server alive, 
     Beat beat{world.clock(1), true, 20, {}, {}, 0, 1};
     forger.send(beat, echo);
   });
-  // With a seen echo: 1 s after its stamp, and for as long as it was valid.
+  // With a seen echo: 1 s after its stamp, and for as long as the patch was valid.
   CHECK(end.after <= (sees ? kRenewedMost + FakeRoom::patch({}).valid_for + 51ms : 351ms));
 }
 
@@ -189,8 +189,8 @@ TEST_CASE("a station of which its server thinks as of another joins anew") {
   SmallWorld world;
   auto& hand = world.add(1, "hand");
   world.run(1s);
-  // In the hand's name, by somebody who sees its datagrams, for 4 s and always a little ahead: what the server echoes meanwhile
-  // the hand never sent.
+  // Datagrams in the hand's name, by an attacker that sees its datagrams, for 4 s and always a little ahead: the server's echoes
+  // refer to datagrams that the hand never sent.
   const Message real = world.newest(1);
   for (int ms = 0; ms < 4000; ++ms) {
     std::array<std::byte, kMaxDatagramBytes> bytes;

@@ -1,4 +1,4 @@
-// --check-link: what it measures over a real relay, and what it makes of figures.
+// --check-link: its measurements over a real relay, and its verdicts on given figures.
 #include "client/io/link_check.hpp"
 
 #include <asio/io_context.hpp>

@@ -1,4 +1,4 @@
-// When a client gives up an address, and where it goes then.
+// When a client gives up an address, and which one it tries next.
 #include "client/io/server_finder.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 const UdpEndpoint kOld(asio::ip::make_address("10.0.0.1"), 1), kNew(asio::ip::make_address("10.0.0.2"), 2);
 
-/// Asks until the lookup's thread has answered: `now` stands still meanwhile.
+/// Polls until the lookup's thread has answered; `now` stands still meanwhile.
 std::optional<UdpEndpoint> moved(ServerFinder& finder, Micros now, Micros answered, bool sent_away = false) {
   for (int k = 0; k < 10'000; ++k) {
     if (const auto server = finder.move(now, answered, sent_away)) return server;
@@ -63,14 +63,14 @@ TEST_CASE("where nobody answers ports change ever later, the name is asked for a
     CAPTURE(k);
     CHECK(moves[k].second == kOld);
     CHECK(moves[k].first - before_s > after_s - 0.05);
-    CHECK(moves[k].first - before_s < after_s + 3.2);  // a resolver's thread that is slow is waited for so long
+    CHECK(moves[k].first - before_s < after_s + 3.2);  // a slow resolver thread delays the move by up to this
     before_s = moves[k].first;
   }
   CHECK(asked >= 12);
   has_moved = true;
   run(98s, 112s);
   CHECK(moves.back().second == kNew);
-  CHECK_FALSE(finder.move(112s, 112s, false));  // an answer: the next silence begins with 3 s again
+  CHECK_FALSE(finder.move(112s, 112s, false));  // after an answer, the next silence begins with 3 s again
   CHECK_FALSE(finder.move(114s, 112s, false));
   CHECK(moved(finder, 115s, 112s) == kNew);
 }

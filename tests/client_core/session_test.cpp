@@ -243,7 +243,7 @@ TEST_CASE(
   const auto sent = core.counts().sent;
   world.run(1s);
   CHECK(core.counts().sent - sent == 250 + 4);
-  // The network thread sleeps for a quarter of a second: everything goes out in the next round.
+  // The network thread sleeps for a quarter of a second; everything is sent in the next round.
   std::array<std::byte, kMaxDatagramBytes> bytes;
   auto t = world.clock(1);
   for (int i = 0; i < 250; ++i) core.haptic().tick({t += 1ms, Vec3::Zero()});

@@ -25,8 +25,8 @@ class SmallWorld {
   struct Place {
     std::unique_ptr<ClientCore> core;
     Micros clock_offset{};  ///< its clock minus the server's
-    bool moves = true;      ///< the haptic thread runs
-    Micros sent{};          ///< when its newest datagram was, by its clock
+    bool moves = true;      ///< false: the haptic thread is stopped
+    Micros sent{};          ///< time of its newest datagram, by its clock
     std::vector<TickOutput> ticks;
   };
 
@@ -67,7 +67,7 @@ class SmallWorld {
       for (auto& [peer, place] : places) step_client(peer, place);
     }
   }
-  /// What the server said last to a station, nothing in particular where it has not.
+  /// Newest message of the server to a station; a default message if there is none.
   Message newest(PeerId peer) const {
     Message message;
     if (newest_.contains(peer)) REQUIRE(decode(newest_.at(peer), message) == WireFault::none);

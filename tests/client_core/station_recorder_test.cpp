@@ -1,4 +1,4 @@
-// What a station's recording says of its session, and which datagrams it keeps.
+// A station's recording: its account of the session, and the datagrams that it keeps.
 #include "client/record/station_recorder.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// How a tool is held and its buttons, from the haptic thread over a bad link to the server.
+// Orientation and buttons of a tool, from the haptic thread over a bad link to the server.
 #include <algorithm>
 
 #include "small_world.hpp"
@@ -26,7 +26,7 @@ TEST_CASE("every change of the buttons reaches the server once, in order and at 
   REQUIRE(heard.size() == said.size());
   for (std::size_t i = 0; i < said.size(); ++i) {
     CHECK(heard[i].pressed == said[i].pressed);
-    CHECK(std::chrono::abs(heard[i].t - said[i].t) < 40ms);  // what the server knows of the clock over this link
+    CHECK(std::chrono::abs(heard[i].t - said[i].t) < 40ms);  // accuracy of the server's clock estimate over this link
     CHECK((i == 0 || heard[i].t > heard[i - 1].t));
   }
 }

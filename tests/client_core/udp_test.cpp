@@ -1,4 +1,4 @@
-// The io shells on real sockets. Nothing here depends on how long things take, only on that they happen.
+// The I/O shells on real sockets. Nothing here depends on durations, only on events.
 #include <asio/post.hpp>
 #include <atomic>
 #include <catch2/catch.hpp>

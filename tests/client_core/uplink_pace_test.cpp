@@ -1,4 +1,4 @@
-// What a station sends follows what gets lost.
+// The uplink adapts to losses.
 #include "client/core/uplink_pace.hpp"
 
 #include "small_world.hpp"
@@ -66,7 +66,7 @@ TEST_CASE("a link that calms down is soon sent half the bytes, and one that turn
   CHECK(2 * calm < bad);
 
   world.link.loss = 0.2;
-  world.run(1s);  // for the server to tell
+  world.run(1s);  // for the server to report
   const auto before = world.server->stations()[0].counts.samples;
   world.run(10s);
   const auto got = world.server->stations()[0].counts.samples - before;

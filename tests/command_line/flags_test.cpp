@@ -1,4 +1,4 @@
-// What the programs say of their flags, and of a line that they do not understand.
+// Help texts of the programs, and messages for command lines that they do not understand.
 #include "common/command_line/flags.hpp"
 
 #include <catch2/catch.hpp>
@@ -27,7 +27,7 @@ struct SmallProgram {
     app.add_option("--only", only, "these alone")->type_name("NAME")->delimiter(',');
   }
 
-  /// What is wrong with the line; empty when nothing is.
+  /// Parses a line; returns the error message, empty if there is none.
   std::string parse(std::vector<std::string> line) {
     std::reverse(line.begin(), line.end());
     try {

@@ -13,7 +13,7 @@ constexpr double kDriverHz = 1000;
 
 DeviceReading at(double x) { return {Vec3(x, 0, 0), DeviceState::ok}; }
 
-/// An exchange whose two sides have met.
+/// An exchange whose two sides are connected.
 struct Met {
   DriverExchange exchange{kDriverHz};
   Met() {
@@ -76,7 +76,7 @@ TEST_CASE("No force that is not finite, and none for a reading that is not ok or
 
 TEST_CASE("A jump is a fault until 100 ms of steady readings, a place that is no number as long", "[device]") {
   ReadingGate gate(kDriverHz, 5.0);
-  for (int i = 0; i < 10; ++i) CHECK(gate.pass(at(0.004 * i)).ok());  // 4 m/s is fast, and no jump
+  for (int i = 0; i < 10; ++i) CHECK(gate.pass(at(0.004 * i)).ok());  // 4 m/s is fast, but no jump
   const DeviceReading jumped = gate.pass(at(0.1));
   CHECK(jumped.state == DeviceState::fault);
   CHECK_FALSE(jumped.reason.text().empty());

@@ -1,4 +1,4 @@
-// The adapter against a library that keeps DHD's rules, and against one that does not.
+// The adapter against a library that follows DHD's rules, and against one that does not.
 #include "client/device/forcedimension/forcedimension_device.hpp"
 
 #include <catch2/catch.hpp>
@@ -23,7 +23,7 @@ Standin& standin_dhd() {
   return standin;
 }
 
-/// The adapter over a stand-in. With `threads` both run in their own time, else tick by tick.
+/// The adapter over a stand-in. With `threads` both run in real time, else tick by tick.
 struct DhdBench {
   Standin& standin = standin_dhd();
   std::unique_ptr<ForceDimensionDevice> device;
@@ -44,7 +44,7 @@ struct DhdBench {
     device.reset();
     CHECK(standin.breaches() == std::vector<std::string>{});
   }
-  /// A millisecond of the device, two turns of the driver, one tick of the loop.
+  /// One millisecond of the device, two turns of the driver, one tick of the loop.
   DeviceReading tick() {
     standin.tick();
     device->turn();
@@ -87,8 +87,8 @@ TEST_CASE("Towards the person, right and up of DHD are that in W, and forces do 
   const Vec3 force(1, -2, 3), moved(0.3, 0.5, -0.7);
   CHECK(force.dot(moved) == Approx(dhd::to_d(force).dot(dhd::to_d(moved))));
   CHECK(dhd::to_w(dhd::to_d(force)) == force);
-  // Turned by 90 degrees about D's y axis, what pointed away points up: z_T, to the hand, is down, and y_T, once up, to the
-  // person.
+  // Rotated by 90 degrees about D's y axis, the axis that pointed away points up: z_T, towards the hand, is down, and y_T,
+  // formerly up, points to the user.
   const double turned[3][3] = {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}};
   const Mat3 r = dhd::orientation_from(turned).toRotationMatrix();
   CHECK((r.col(0) - Vec3(1, 0, 0)).norm() < 1e-12);
@@ -129,7 +129,7 @@ TEST_CASE("The device's own watchdog takes the force away when this program send
   bench.pushed = Vec3(0, 0, 2.1);
   REQUIRE(bench.run(10).ok());
   const std::size_t before = bench.standin.log().size();
-  for (int i = 0; i < 30; ++i) bench.standin.tick();  // neither driver thread nor loop: as after SIGKILL
+  for (int i = 0; i < 30; ++i) bench.standin.tick();  // neither driver thread nor loop, as after SIGKILL
   const auto log = bench.standin.log();
   CHECK(log[before + 18].force.z() > 2);
   CHECK(log[before + 20].force == Vec3(Vec3::Zero()));
@@ -220,7 +220,7 @@ TEST_CASE("A call of DHD that hangs leaves the loop and the program's end alone,
   for (std::size_t i = hung + 60; i < log.size(); ++i) CHECK(log[i].force == Vec3(Vec3::Zero()));
   bench.device.reset();
   bench.standin.misbehave(StandinFault::none);
-  while (bench.standin.in_use()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // what was left hanging ends
+  while (bench.standin.in_use()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the hanging call ends
 }
 
 TEST_CASE("No device, another number and a device in use are said with what would do", "[device]") {

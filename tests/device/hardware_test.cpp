@@ -1,4 +1,4 @@
-// What is said of devices that are plugged in, or should be: over a tree of files as the kernel shows it.
+// Diagnosis of devices that are or should be plugged in, over a tree of files like the kernel's.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own, removed at the end.
+/// A temporary folder, removed at the end.
 struct Machine {
   std::string made = (fs::temp_directory_path() / "palpate-machine-XXXXXX").string();
   fs::path root = mkdtemp(made.data());

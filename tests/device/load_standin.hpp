@@ -1,4 +1,4 @@
-// Opens a stand-in as the adapter will, by the variable of the environment, and hands over its controls.
+// Opens a stand-in as the adapter will, by its environment variable, and returns its controls.
 #pragma once
 
 #include <dlfcn.h>
@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// `name`: "hd" or "dhd"; `variable`: of the adapter.
+/// `name` is "hd" or "dhd"; `variable` is that of the adapter.
 inline Standin& load_standin(const std::string& name, const char* variable) {
   const std::string file = PALPATE_STANDINS "/libstandin_" + name + ".so";
   setenv(variable, file.c_str(), 1);

@@ -7,7 +7,7 @@ using namespace palpate;
 
 namespace {
 
-/// Where the tool is half a second into a motion of 0.1 m/s against a force of 2 N.
+/// Position of the tool half a second into a motion of 0.1 m/s against a force of 2 N.
 double place_after_half_a_second(const DeviceOptions& options) {
   const Motion motion({{0, Vec3::Zero()}, {1, Vec3(0.1, 0, 0)}});
   const auto device = make_device(motion, options);
@@ -32,7 +32,7 @@ TEST_CASE("A device waits at the beginning of its motion until it is started", "
 
 TEST_CASE("Force moves the tool of a simulated device and not that of a replayed one", "[device]") {
   CHECK(place_after_half_a_second({.kind = DeviceKind::replay}) == Approx(0.05));
-  // 2 N against a spring of 500 N/m hold the tool 4 mm behind where the hand wants it; it still swings a little.
+  // 2 N against a spring of 500 N/m hold the tool 4 mm behind the hand's intention; it still oscillates a little.
   DeviceOptions firm;
   firm.hand = *hand_from_name("firm");
   CHECK(place_after_half_a_second(firm) == Approx(0.046).margin(0.003));

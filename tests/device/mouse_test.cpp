@@ -10,7 +10,7 @@ namespace {
 
 constexpr Micros kTick{1'000'000 / kHapticRateHz};
 
-/// A pointer at 60 Hz along a path, read at 1 kHz; what the tool did.
+/// A pointer at 60 Hz along a path, read at 1 kHz; records the tool's motion.
 struct Ride {
   double velocity_jump_max = 0, speed_max = 0;
   Vec3 at = Vec3::Zero();

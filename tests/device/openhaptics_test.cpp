@@ -1,4 +1,4 @@
-// The adapter against a library that keeps HDAPI's rules, and against one that does not.
+// The adapter against a library that follows HDAPI's rules, and against one that does not.
 #include "client/device/openhaptics/openhaptics_device.hpp"
 
 #include <catch2/catch.hpp>
@@ -21,7 +21,7 @@ Standin& standin_hd() {
   return standin;
 }
 
-/// The adapter over a stand-in whose time passes tick by tick.
+/// The adapter over a stand-in whose time advances tick by tick.
 struct HdBench {
   Standin& standin = standin_hd();
   std::unique_ptr<OpenHapticsDevice> device;
@@ -59,7 +59,7 @@ struct HdBench {
     return reading;
   }
   Vec3 felt() const { return standin.log().back().force; }
-  /// Waits, with time running, for what other threads do.
+  /// Waits, in real time, for other threads.
   bool comes(const std::function<bool()>& done) {
     for (int i = 0; i < 5000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return done();
@@ -93,7 +93,7 @@ TEST_CASE("Right, up and towards the person of HDAPI are right, up and towards t
 }
 
 TEST_CASE("A column-major transform of HDAPI is the rotation of the stylus in W", "[device]") {
-  // Turned by 90 degrees about D's x axis: y becomes z. In W that is a turn about x as well, z becomes -y.
+  // Rotated by 90 degrees about D's x axis: y becomes z. In W that is also a rotation about x; z becomes -y.
   const double transform[16] = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 4, 5, 6, 1};
   const Mat3 r = hd::orientation_from(transform).toRotationMatrix();
   CHECK((r.col(0) - Vec3(1, 0, 0)).norm() < 1e-12);
@@ -210,7 +210,7 @@ TEST_CASE("A cable that is pulled while touching is said, and the device comes b
   const std::size_t before = bench.standin.log().size();
   bench.standin.by_hand(false);
   CHECK(bench.comes([&] {
-    bench.device->write(Vec3(0, 0, 2.1));  // as a loop would that does not look
+    bench.device->write(Vec3(0, 0, 2.1));  // as a loop does that ignores the state
     return bench.device->read(bench.now).ok();
   }));
   const auto log = bench.standin.log();
@@ -239,7 +239,7 @@ TEST_CASE("A driver that hangs for good does not hang the program's end", "[devi
   device.reset();
   CHECK(standin.in_use());
   standin.misbehave(StandinFault::none);
-  while (standin.in_use()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // what was left hanging ends
+  while (standin.in_use()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the hanging call ends
 }
 
 TEST_CASE("A driver that calls from another thread every time is served all the same", "[device]") {

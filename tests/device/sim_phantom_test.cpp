@@ -24,7 +24,7 @@ SimPhantomOptions exact(const Hand& hand) {
   return options;
 }
 
-/// Displacement of m x'' + b x' + k x = F from rest under a step of force; underdamped.
+/// Displacement in m x'' + b x' + k x = F from rest under a step of force; underdamped.
 double step_response(double m, double b, double k, double force_n, double t) {
   const double a = b / (2 * m), w = std::sqrt(k / m - a * a);
   return force_n / k * (1 - std::exp(-a * t) * (std::cos(w * t) + a / w * std::sin(w * t)));
@@ -58,7 +58,7 @@ TEST_CASE("A device in nobody's hand is a free mass of 75 g", "[device]") {
 }
 
 TEST_CASE("A hand catches up with a steady motion", "[device]") {
-  // w = u t: relative to w the equation is homogeneous, so the tool ends at the intention itself, without a lag.
+  // w = u t: relative to w the equation is homogeneous, so the tool ends at the intention itself, without lag.
   const Motion ramp({{0.0, Vec3::Zero()}, {10.0, Vec3(0.5, 0, 0)}});
   SimPhantom device(ramp, exact(*palpate::hand_from_name("firm")));
   for (int ms = 0; ms <= 3000; ++ms) device.read(Micros{ms * 1000});
@@ -186,7 +186,7 @@ TEST_CASE("A clock that goes back or leaps is survived", "[device]") {
   device.write(Vec3(1, 0, 0));
   const Vec3 before = device.read(Micros{1'010'000}).position;
   CHECK(device.read(Micros{1'005'000}).position == before);
-  const Vec3 after = device.read(Micros{3'600'000'000}).position;  // an hour: the hand stood still for all but 0.1 s of it
+  const Vec3 after = device.read(Micros{3'600'000'000}).position;  // the hand stood still for all but 0.1 s of the hour
   const double expected = step_response(0.575, 6, 135, 1, 0.110);
   CHECK(after.x() - 0.1 == Approx(expected).epsilon(1e-9));
   CHECK(device.read(Micros{3'600'001'000}).position.x() - 0.1 == Approx(step_response(0.575, 6, 135, 1, 0.111)).epsilon(1e-9));

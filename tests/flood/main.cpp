@@ -1,13 +1,14 @@
-// flood HOST:PORT KIND RATE PORTS SECONDS [SERVER]: so many datagrams a second from so many ports of this machine, in turn. KIND:
+// flood HOST:PORT KIND RATE PORTS SECONDS [SERVER]: sends RATE datagrams a second from PORTS ports of this machine, in turn.
+// KIND:
 //
-//     noise       not ours
+//     noise       no datagrams of ours
 //     hello       a station that joins and never answers
-//     beat        of stations that nobody knows
+//     beat        from unknown stations
 //     init        handshakes made with the server's public key SERVER, without cookies
-//     handshake   with them, of stations that the server does not know
+//     handshake   the same with cookies, from stations that the server does not know
 //
-// The last two come from addresses of their own (127.1.0.1 and on), 250 ports each; `neighbour` is `handshake` from the one
-// address that everybody here has. Prints how many were sent.
+// The last two use addresses of their own (127.1.0.1 and on), with 250 ports each; `neighbour` is `handshake` from the default
+// address. Prints the number of datagrams sent.
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/resource.h>
@@ -48,7 +49,7 @@ Packet datagram(const std::string& kind, std::uint32_t number) {
   return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(encode(message, bytes))};
 }
 
-/// An Init to the server, with the cookie for this socket when asked; without one where the server does not answer in time.
+/// Returns an Init to the server, on request with the cookie for this socket; without one if the server does not answer in time.
 Packet init(const PublicKey& server, int socket, bool with_cookie) {
   constexpr int kPatienceMs = 20, kTries = 50;
   ClientChannel channel({draw_secret(system_random()), server, {}}, kWireVersion, system_random(), Micros{});
@@ -69,7 +70,7 @@ Packet init(const PublicKey& server, int socket, bool with_cookie) {
   return packet;
 }
 
-/// Sockets connected to the server, each at a port of its own; `spread`: 250 an address.
+/// Sockets connected to the server, each at its own port; `spread`: 250 per address.
 std::vector<int> open_ports(const UdpEndpoint& server, std::size_t count, bool spread) {
   constexpr std::size_t kAtAddress = 250;
   const rlimit most{count + 64, count + 64};

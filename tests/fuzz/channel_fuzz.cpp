@@ -1,8 +1,8 @@
-// Whatever happens to the datagrams between two ends of the trust channel: what is delivered was sent by the other end, and is
-// delivered once; and whoever is at an address gets no more bytes than came from it before a session is there.
+// Arbitrary treatment of the datagrams between two ends of the trust channel: everything delivered was sent by the other end, and
+// is delivered once; and an address gets no more bytes than came from it before there is a session.
 //
-// Each input is a run. A byte says what happens next: one end or the other says something, a datagram that is under way arrives,
-// now or again, changed or not, from its own address or another; a handshake begins; time goes by, to new keys and beyond.
+// Each input is a run. A byte selects the next event: one end or the other sends something; a datagram in flight arrives, once or
+// again, changed or not, from its own address or another; a handshake begins; time passes, up to rekeying and beyond.
 #include <set>
 
 #include "tests/fuzz/joined_pair.hpp"
@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kKept = 256;
 
-/// One direction: what was said and not delivered yet, and every datagram that is or was under way.
+/// One direction: messages sent and not delivered yet, and every datagram in flight so far.
 struct Way {
   std::set<std::string> said;
   std::vector<Datagram> under_way;

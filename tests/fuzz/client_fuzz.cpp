@@ -1,8 +1,8 @@
-// Whatever comes to a client in its server's name, and when: it does not crash, what it sends can be read, and the force stays
-// finite, within the device's limit, and within its change a tick.
+// Arbitrary datagrams to a client in its server's name, at arbitrary times: it does not crash, its datagrams can be read, and the
+// force stays finite and within the device's limit and slew limit.
 //
-// Each input is a run. A byte says what happens next: the hand goes on, the server lets the client in, sends a datagram of any
-// kind, a patch that is in time, one that is damaged, one that was sent before, or bytes of the script's own.
+// Each input is a run. A byte selects the next event: the hand moves on, the server lets the client in, sends a datagram of any
+// kind, a timely patch, a damaged one, an earlier one again, or bytes of the script.
 #include <array>
 #include <cstdlib>
 
@@ -32,7 +32,7 @@ ClientOptions options() {
 
 class Stage {
  public:
-  /// A client that was let in and has felt a patch of this contact.
+  /// Starts a client that has joined and felt a patch of this contact.
   void begin(ContactKind contact) {
     settle();
     say(Welcome{"cube", contact, 20, Vec3::Zero(), 0, 0, 0});
@@ -87,7 +87,7 @@ class Stage {
   }
   void say(const Body& body) { deliver(written(body)); }
   void say_kind(Script& script) { say(kinds_[script.number(1) % kinds_.size()].body); }
-  /// One of the client's contact or the other's, in time.
+  /// A timely patch of the client's kind of contact or the other.
   Body patch(Script& script, std::uint64_t how) {
     return patch_of(script.number(1), how == 15 ? seq_ + 0x7fffffffu : ++seq_, Micros{10'000} * static_cast<int>(how));
   }
@@ -125,7 +125,7 @@ class Stage {
     now_ += time;
     settle();
   }
-  /// So many ticks towards somewhere near.
+  /// Moves for `ticks` ticks towards a nearby place.
   void move(Script& script, std::uint64_t ticks) {
     tick(1e-5 * Vec3(static_cast<double>(script.number(1)) - 128, 0, static_cast<double>(script.number(1)) - 128), ticks);
   }
@@ -133,7 +133,7 @@ class Stage {
     for (; ticks > 0; --ticks) {
       now_ += kTick;
       at_ += step;
-      if (seconds(now_ - ticked_) > Guard::kGapMaxS) force_ = Vec3::Zero();  // from there it begins again
+      if (seconds(now_ - ticked_) > Guard::kGapMaxS) force_ = Vec3::Zero();  // the force restarts after such a gap
       ticked_ = now_;
       const TickOutput out = core_.haptic().tick({now_, at_});
       require(out.force.allFinite() && out.force.norm() <= kForceMaxN + kRound);

@@ -1,4 +1,4 @@
-// Whatever bytes come: decode() neither crashes nor accepts what encode() would round differently the second time.
+// Arbitrary bytes: decode() neither crashes nor accepts a message that encode() would round differently the second time.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -12,13 +12,13 @@ extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, st
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Message message;
   if (decode(std::as_bytes(std::span(data, size)), message) != WireFault::none) return 0;
-  const auto ours = seeds::bytes_of(message);  // empty when the layout that came held more than ours can
+  const auto ours = seeds::bytes_of(message);  // empty if the foreign layout held more than ours can
   if (ours.empty() || decode(ours, message) != WireFault::none) return 0;
   if (seeds::bytes_of(message) != ours) std::abort();
   return 0;
 }
 
-/// Now and then starts from a datagram of ours: random bytes alone would take ages to look like one.
+/// Sometimes starts from a datagram of ours, as random bytes would rarely resemble one.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed) {
   static const auto kinds = seeds::every_kind();
   if (seed % 32 == 0 || size < 20) {

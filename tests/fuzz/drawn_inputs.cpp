@@ -1,7 +1,7 @@
-// What runs a fuzzer's harness where there is no libFuzzer: some inputs drawn by chance, the same in every run, each made from
-// the one before it. A promise that is broken aborts, as under libFuzzer.
+// Runs a fuzzer's harness without libFuzzer: randomly drawn inputs, the same in every run, each made from the one before it. A
+// broken promise aborts, as under libFuzzer.
 //
-// usage: fuzz_NAME INPUTS BYTES [SEED]: so many inputs of at most so many bytes; another seed draws others
+// usage: fuzz_NAME INPUTS BYTES [SEED]: INPUTS inputs of at most BYTES bytes; another seed draws others
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -26,7 +26,7 @@ std::size_t below(std::size_t most) { return chance()() % most; }
 
 }  // namespace
 
-/// Changes, puts in or takes out some bytes.
+/// Changes, inserts or removes some bytes.
 std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size) {
   const std::size_t bytes = 1 + below(8);
   switch (size == 0 ? 1 : below(4)) {
@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
   std::vector<std::uint8_t> data(static_cast<std::size_t>(std::atoi(argv[2])));
   std::size_t size = 0;
   for (long k = 0; k < inputs; ++k) {
-    // Every fourth begins with a file of the harness's own, which it takes at multiples of 64.
+    // Every fourth begins with a file of the harness's own, which it uses at multiples of 64.
     const auto seed = static_cast<unsigned>(k % 4 == 0 ? 64 * (k / 4) : 1 + below(62));
     size = LLVMFuzzerCustomMutator ? LLVMFuzzerCustomMutator(data.data(), size, data.size(), seed)
                                    : LLVMFuzzerMutate(data.data(), k % 64 == 0 ? 0 : size, data.size());

@@ -1,5 +1,5 @@
-// Whatever a HID device says of itself and sends: descriptors and reports are refused or read, and what is read is finite and in
-// bounds. The first two bytes say how many of the rest are the descriptor; what is left are reports.
+// Arbitrary descriptors and reports of a HID device: they are refused or read, and values read are finite and in bounds. The
+// first two bytes give the length of the descriptor; the rest are reports.
 #include <algorithm>
 #include <cstring>
 
@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-/// Now and then starts from a device of ours.
+/// Sometimes starts from a device of ours.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed) {
   static const auto descriptors = palpate::test::known_descriptors();
   static const auto words = palpate::test::known_words();

@@ -19,7 +19,7 @@ struct JoinedPair : ChannelPair {
     std::optional<ServerChannel::Opened> opened;
     std::vector<Datagram> answers;
   };
-  /// By the server, from this host; it answers with no more bytes than came.
+  /// Delivers a datagram to the server from this host; the server answers with no more bytes than it received.
   Taken take(const Datagram& datagram, int host) {
     from = address_of(host, 4711);
     Taken taken{to_server(datagram), from_server()};

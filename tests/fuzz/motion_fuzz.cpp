@@ -1,4 +1,4 @@
-// Whatever text comes as a motion: an InputError, or a motion that is in the world at every moment.
+// Arbitrary text as a motion: an InputError, or a motion that is in the world at every moment.
 #include <cmath>
 #include <cstdlib>
 #include <sstream>

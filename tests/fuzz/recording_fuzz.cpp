@@ -1,7 +1,7 @@
-// Whatever bytes come: the reader of recordings refuses or reads them, and neither crashes nor hands out what is out of range.
+// Arbitrary bytes: the reader of recordings refuses or reads them, and neither crashes nor returns values out of range.
 //
-// Random bytes never have a right checksum, so the harness mends those of the parts before it reads: what is behind them is tried
-// too.
+// Random bytes never have a valid checksum, so the harness repairs the checksums of the parts before it reads, so that the code
+// behind them is exercised too.
 #include <cstdlib>
 #include <cstring>
 
@@ -61,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-/// Now and then starts from a recording of ours.
+/// Sometimes starts from a recording of ours.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed) {
   if (seed % 32 == 0 || size < 20) {
     const auto bytes = test::small_recording(static_cast<int>(seed / 32 % 3), seed % 64 == 0);

@@ -1,5 +1,5 @@
-// Whatever text comes: a scene is refused with an InputError, or is one whose settings written down read back as the same, and
-// whose body is finite and in its place.
+// Arbitrary text: a scene is refused with an InputError, or its settings, written and read back, are the same, and its body is
+// finite and in range.
 #include <cstdlib>
 
 #include "common/base/error.hpp"
@@ -66,7 +66,7 @@ const std::vector<std::string_view> kWords{"\"name\": ",
                                            "\"young_pa\": 100, ",
                                            "\"poisson\": 0.499, "};
 
-/// As large as a fuzzer builds some thousands of in a minute.
+/// Limits bodies to a size of which a fuzzer builds some thousands per minute.
 bool is_small(const SceneSettings& settings) {
   constexpr int kMostNodes = 512;
   const auto& [x, y, z] = settings.lattice.nodes;

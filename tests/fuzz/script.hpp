@@ -1,4 +1,4 @@
-// What a fuzzer's bytes are taken for: numbers and stretches of bytes one after the other, until there are none.
+// Interprets a fuzzer's bytes as numbers and byte strings, one after the other, until none are left.
 #pragma once
 
 #include <algorithm>
@@ -14,13 +14,13 @@ class Script {
   Script(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
 
   bool ended() const { return rest_.empty(); }
-  /// As many as are asked for, or as are left.
+  /// Returns as many bytes as requested, or the remaining ones.
   std::span<const std::uint8_t> bytes(std::size_t size) {
     const auto taken = rest_.first(std::min(size, rest_.size()));
     rest_ = rest_.subspan(taken.size());
     return taken;
   }
-  /// Of so many bytes, the lowest first.
+  /// Returns a number of `size` bytes, lowest first.
   std::uint64_t number(std::size_t size) {
     std::uint64_t value = 0;
     std::size_t shift = 0;
@@ -29,7 +29,7 @@ class Script {
   }
   std::string_view text() const { return {reinterpret_cast<const char*>(rest_.data()), rest_.size()}; }
 
-  /// Some of the script's bytes over some of these.
+  /// Overwrites some of the datagram's bytes with bytes of the script.
   template <class Byte>
   void damage(std::span<Byte> datagram) {
     const std::size_t at = number(2);

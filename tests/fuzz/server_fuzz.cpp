@@ -1,8 +1,9 @@
-// Whatever datagrams come to a room's server, from whom and when: it does not crash, what it sends can be read, nobody gets more
-// bytes than he sent before he has shown that he receives, and what drives the body is in the world and in order.
+// Arbitrary datagrams to a room's server, from any peer at any time: it does not crash, its datagrams can be read, nobody gets
+// more bytes than it sent before it has proved that it receives, and the samples that drive the body are in the world and in
+// order.
 //
-// Each input is a run. A byte says what happens next: time goes by, one of some peers joins, sends a datagram of any kind in its
-// own name, one that is damaged, one in another's name, one that was sent before, or bytes of the script's own.
+// Each input is a run. A byte selects the next event: time passes; one of several peers joins, sends a datagram of any kind in
+// its own name, a damaged one, one in another's name, an earlier one again, or bytes of the script.
 #include <array>
 #include <cstdlib>
 
@@ -26,13 +27,13 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// A peer, what the server told it, and what went between them.
+/// A peer, the server's answers to it, and their traffic.
 struct Peer {
   Message as;
-  Micros offset{};  ///< of its clock
+  Micros offset{};  ///< offset of its clock
   ClockSync sync;
   bool proven = false;
-  std::uint32_t newest = 0;  ///< datagram of the server's
+  std::uint32_t newest = 0;  ///< newest datagram of the server
   std::size_t sent = 0, got = 0;
 };
 
@@ -43,7 +44,7 @@ class Stage {
     core_.on_event([](const RecordedEvent& event) { require(is_plain_text(event.name)); });
   }
 
-  /// A hand that has got patches, and a viewer that has seen the body.
+  /// Starts with a hand that has received patches, and a viewer that has seen the body.
   void begin() {
     join_as(0, Hello{"s0", Role::haptic, Scheme::hold, 0, ""});
     join_as(1, Hello{"s1", Role::viewer, Scheme::hold, 0, ""});
@@ -124,7 +125,7 @@ class Stage {
     deliver(k, say(k, hello));
     if (peers_[k].as.station != 0) deliver(k, say(k, Beat{.link = {1000, 0, 0, {}}}));
   }
-  /// Some of its samples, as a device would give them.
+  /// Sends some of its samples, as a device would give them.
   void live(std::size_t k, Script& script) {
     const std::uint64_t how = script.number(1);
     live(k, how % 16 + 1, static_cast<std::uint32_t>(how >> 4));
@@ -139,7 +140,7 @@ class Stage {
     deliver(k, say(k, samples));
     settle();
   }
-  /// Of any kind, in the name of another or his own.
+  /// Datagram of any kind, in its own name or another's.
   Datagram datagram_of(std::size_t from, std::size_t name, Script& script) {
     static const auto kinds = seeds::every_kind();
     Message message = kinds[script.number(1) % kinds.size()];
@@ -147,7 +148,7 @@ class Stage {
     message.station = peers_[name].as.station;
     message.seq = ++peers_[name].as.seq;
     message.clock = peers_[name].sync.stamp(clock(from));
-    // Who has another's secret may have it from where that one listens.
+    // A peer that has another's secret may have received it at that one's address.
     if (from != name) peers_[from].proven = peers_[from].proven || peers_[name].as.station != 0;
     return seeds::bytes_of(message);
   }

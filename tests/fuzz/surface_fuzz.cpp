@@ -1,5 +1,5 @@
-// Whatever bytes come as an OBJ or STL file: an InputError, or triangles between vertices that are there; and what passes for a
-// closed surface has its finite distance to every point. The first byte says which format.
+// Arbitrary bytes as an OBJ or STL file: an InputError, or triangles between existing vertices; and a closed surface has a finite
+// distance to every point. The first byte selects the format.
 #include <cstdlib>
 
 #include "common/base/error.hpp"
@@ -79,7 +79,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const TriangleMesh closed = closed_mesh(given, settings, "a mesh");
     check(closed);
     const auto solid = make_mesh_solid(closed);
-    // Which side is inside is not asked: a surface that crosses itself has none.
+    // The sign is not checked: a surface that crosses itself has no inside.
     for (const Vec3& point : {Vec3(solid->bounds().center()), Vec3(0, 0, 0), Vec3(9, 9, 9)})
       if (!std::isfinite(solid->distance(point)) || !solid->nearest(point).allFinite()) std::abort();
   } catch (const InputError&) {

@@ -1,5 +1,5 @@
-// Whatever text comes as a Gmsh or VTK file: an InputError, or a mesh of tetrahedra that a body can be made of. The first byte
-// says which format.
+// Arbitrary text as a Gmsh or VTK file: an InputError, or a mesh of tetrahedra from which a body can be made. The first byte
+// selects the format.
 #include <cstdlib>
 
 #include "common/base/error.hpp"

@@ -1,4 +1,4 @@
-// Mutations of text files: now and then a file that is right to start from, or a word of the format put in.
+// Mutations of text files: sometimes starts from a valid file, or inserts a word of the format.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,8 @@
-// Whatever bytes come to either end of the trust channel, in whatever order: neither crashes, a stranger gets no more bytes than
-// he sends, and nothing is opened that was not sealed.
+// Arbitrary bytes to either end of the trust channel, in any order: neither crashes, a stranger gets no more bytes than it sends,
+// and nothing is opened that was not sealed.
 //
-// Each input is a run: a byte says to whom and from where, two how many bytes follow. Before it a station joins, so that live
-// sessions and a running handshake are there to be hit; its own datagrams can be asked for, and come changed.
+// Each input is a run: a byte gives receiver and sender, two give the number of bytes that follow. A station joins beforehand, so
+// that live sessions and a running handshake can be hit; its own datagrams can be selected, and arrive changed.
 #include "tests/fuzz/joined_pair.hpp"
 
 using namespace palpate;
@@ -35,7 +35,7 @@ struct Stage {
     require(pair.to_client(datagram) == 0 || datagram == genuine.at(2));
     pair.from_client();
   }
-  /// Bytes of the script, or one of ours with some of them over it.
+  /// Bytes of the script, or one of our datagrams overwritten by some of them.
   Datagram next(Script& script) {
     const std::size_t which = script.number(1), at = script.number(2);
     const Bytes bytes = script.bytes(script.number(2) % 1400);

@@ -115,7 +115,7 @@ TEST_CASE("Motors that are warm are asked for less and less, down to what they h
     REQUIRE(force <= before + 1e-9);
     REQUIRE(before - force < 0.05);
     REQUIRE(force >= 1.4 - 1e-9);
-    heat += kDt / MotorHeat::kTimeS * (force * force / (1.4 * 1.4) - heat);  // Euler, beside the closed form
+    heat += kDt / MotorHeat::kTimeS * (force * force / (1.4 * 1.4) - heat);  // Euler, against the closed form
     REQUIRE(heat < 1 + 1e-3);
     if (force == 8.5) whole_s += kDt;
     before = force;
@@ -177,11 +177,11 @@ TEST_CASE("After a restart the guard begins at zero force", "[guard]") {
 
 namespace {
 
-/// A hand of 0.5 kg on a spring of its own that was 20 mm into a body of 500 N/m before the display came back.
+/// A hand of 0.5 kg on its own spring that was 20 mm inside a body of 500 N/m when the display returned.
 struct CutOff {
   double x = -0.02, v = 0, given_j = 0, force_n = 0;
 
-  /// One tick; force_n and given_j are the display's.
+  /// One tick; force_n and given_j refer to the display.
   void tick(Guard& guard) {
     const double before_x = x, before_n = force_n;
     force_n = guard.pass(Vec3(std::max(0.0, -500 * x), 0, 0), Vec3(x, 0, 0), kDt).x();
@@ -217,7 +217,7 @@ TEST_CASE("What a hand went into a body in a tick that was skipped did not cost 
   for (int i = 0; i < 5; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kDt);
   guard.pass(Vec3(3, 0, 0), Vec3(-0.03, 0, 0), 0.019);
   guard.pass(Vec3(3, 0, 0), Vec3(-0.0295, 0, 0), kDt);
-  CHECK(guard.counts().energy_min_j == Approx(-3 * 0.0005));  // nothing was stored that could be given back
+  CHECK(guard.counts().energy_min_j == Approx(-3 * 0.0005));  // no stored energy that could be returned
 }
 
 TEST_CASE("Once a hand has felt its force for a second, what others do to it through the body is not taken for a return") {

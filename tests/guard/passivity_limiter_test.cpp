@@ -1,4 +1,4 @@
-// The passivity limiter of the guard: the energy that it observes, what it takes out, and that nothing else is touched.
+// The passivity limiter of the guard: the observed energy, the dissipated energy, and no other effect.
 #include "client/guard/guard.hpp"
 
 #include <catch2/catch.hpp>
@@ -69,7 +69,7 @@ TEST_CASE("A damped spring is passive whatever the hand does", "[guard]") {
 TEST_CASE("The observed energy of a force along a known path is the work done", "[guard]") {
   Guard guard({0, 0, PassivityMode::observe});
   for (int i = 0; i <= 10; ++i) guard.pass(Vec3(0.5, 0, 0), Vec3(i * 1e-3, 0, 0), kStepS);
-  // The display pushed the hand over 10 mm with 0.5 N, the first tick from no force: half of it there.
+  // The display pushed the hand over 10 mm with 0.5 N, half of that in the first tick, which begins without force.
   CHECK(guard.counts().energy_min_j == Approx(-0.5 * 0.01).epsilon(1e-9));
   CHECK(guard.counts().damped == 0);
 }
@@ -156,7 +156,7 @@ TEST_CASE("What the limiter did to the force is counted: ticks, largest, root me
   int ticks = 0;
   Vec3 added = Vec3::Zero();
   for (int i = 0; i <= 200; ++i) {
-    taken -= added.x() * 1e-4;  // the tool moves on by 0.1 mm under what was added before
+    taken -= added.x() * 1e-4;  // the tool moves by 0.1 mm under the force added before
     added = guard.pass(Vec3(0.5, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS) - Vec3(0.5, 0, 0);
     if (added.norm() == 0) continue;
     ++ticks;
@@ -168,7 +168,7 @@ TEST_CASE("What the limiter did to the force is counted: ticks, largest, root me
   CHECK(guard.counts().damper_max_n == Approx(largest));
   CHECK(guard.counts().damper_rms_n() == Approx(std::sqrt(squares / ticks)));
   CHECK(guard.counts().dissipated_j == Approx(taken - 0).epsilon(1e-9));
-  // All that the display would have given, but for the deficit that it takes to stop it.
+  // All energy that the display would have given, except the deficit needed to stop it.
   CHECK(guard.counts().dissipated_j == Approx(0.5 * 0.02 - Passivity::kFullJ).epsilon(0.02));
   guard.restart();
   CHECK(guard.counts().dissipated_j > 0);
@@ -176,8 +176,8 @@ TEST_CASE("What the limiter did to the force is counted: ticks, largest, root me
 
 namespace {
 
-/// A device of 75 g with some friction that nobody holds, on linearisations that are `age` ticks old of a spring that stiffens,
-/// -k (1 + 4 |x|^2 / (20 mm)^2) x, a new one every 17 ticks, shown weaker where it is stiffer than 800 N/m.
+/// A free device of 75 g with some friction, on linearisations of age `age` ticks of a stiffening spring, -k (1 + 4 |x|^2 / (20
+/// mm)^2) x, renewed every 17 ticks, displayed weaker where stiffer than 800 N/m.
 class FreedOnOldPatches {
  public:
   FreedOnOldPatches(double stiffness_n_m, int age, const Vec3& velocity)
@@ -226,13 +226,13 @@ TEST_CASE("A device that nobody holds gets no more than the allowance from patch
           freed.tick(on);
           most_j = std::max(most_j, freed.given_j - Passivity::kReturnW * i * kStepS);
         }
-        CHECK(most_j < Passivity::kMostJ + 1e-3);  // 1 mJ: what a tick or two bring before they are seen
+        CHECK(most_j < Passivity::kMostJ + 1e-3);  // 1 mJ: energy of a tick or two before detection
       }
 }
 
 TEST_CASE(
     "A tool that orbits, its force nearly across its way, is stopped from getting more, and one that slides is not dragged") {
-  for (const double push_m_s : {0.05, 0.0}) {  // speed along the force, of 0.5 m/s
+  for (const double push_m_s : {0.05, 0.0}) {  // speed along the force, part of 0.5 m/s
     Guard guard({.force_max_n = 8.5, .passivity = PassivityMode::on});
     for (int i = 0; i <= 20; ++i) guard.pass(Vec3(2, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS);  // a deficit to begin with
     const double lowest_j = guard.counts().energy_min_j;
@@ -260,19 +260,19 @@ TEST_CASE("A limiter that has to hold a moving tool back does not shake it on a 
     for (int i = 0; i < 400; ++i) {
       const double dt_s = i % every_late == every_late - 1 ? 4 * kStepS : kStepS;
       t_s += dt_s;
-      const double x = speed_m_s * (t_s + early_or_late_s * std::sin(2.6 * i * i));  // without a pattern
+      const double x = speed_m_s * (t_s + early_or_late_s * std::sin(2.6 * i * i));  // irregular
       const Vec3 reading = (Vec3(x, 0.2 * x, 0) / 3e-5).array().round() * 3e-5;
       const Vec3 out = guard.pass(Vec3(1.3, 0, 0), reading, dt_s);
       if (i > 200) most_n = std::max(most_n, (out - before).norm());
       before = out;
     }
-    CHECK(guard.counts().energy_min_j < -0.5 * Passivity::kFullJ);  // it has to
+    CHECK(guard.counts().energy_min_j < -0.5 * Passivity::kFullJ);  // a deficit is required
     return most_n;
   };
   for (const double speed_m_s : {0.03, 0.05, 0.075, 0.1, 0.15, 0.2}) {
     INFO(speed_m_s << " m/s");
     CHECK(largest_step_n(speed_m_s, 0, 1000) < 0.1);     // a reading in steps of 0.03 mm
     CHECK(largest_step_n(speed_m_s, 3e-4, 1000) < 0.2);  // and early or late by up to 0.3 ms
-    CHECK(largest_step_n(speed_m_s, 0, 40) < 0.2);       // and late by three ticks now and then
+    CHECK(largest_step_n(speed_m_s, 0, 40) < 0.2);       // and late by three ticks at times
   }
 }

@@ -1,5 +1,4 @@
-// A device of the force profile on a bench: the reference firmware with encoders that are set by hand, and the bytes of its
-// cable.
+// A device of the force profile on a bench: the reference firmware with manually set encoders, and the bytes of its cable.
 #pragma once
 
 #include <array>
@@ -12,7 +11,7 @@
 
 namespace palpate::test {
 
-/// 8.5 N, 1.4 N for ever, 20 ms of watchdog, no ramp.
+/// 8.5 N, 1.4 N continuous, 20 ms watchdog, no ramp.
 inline force_hid_limits bench_limits() {
   force_hid_limits limits{};
   limits.firmware_version = 7;
@@ -45,14 +44,14 @@ struct BenchDevice {
     sensors.homed = true;
   }
 
-  /// `us` later: the force on the motors.
+  /// Steps by `us`; returns the force on the motors.
   std::array<std::int32_t, 3> step(std::uint32_t us = 1000) {
     now_us += us;
     force_hid_step(&core, &sensors, now_us, force_mn.data());
     return force_mn;
   }
 
-  /// The next output report.
+  /// Sends the next output report.
   bool send(std::uint8_t flags, std::array<std::int32_t, 3> force = {}) { return send_as(++sequence, flags, force); }
   bool send_as(std::uint16_t number, std::uint8_t flags, std::array<std::int32_t, 3> force = {}) {
     std::array<std::uint8_t, FORCE_HID_OUTPUT_BYTES> report{FORCE_HID_OUTPUT_ID, static_cast<std::uint8_t>(number),
@@ -62,7 +61,7 @@ struct BenchDevice {
     return force_hid_receive(&core, report.data(), report.size(), now_us);
   }
 
-  /// To ARMED, with this force.
+  /// Moves to ARMED, with this force.
   void arm(std::array<std::int32_t, 3> force = {}) {
     step();
     send(0);

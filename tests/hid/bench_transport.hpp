@@ -1,4 +1,4 @@
-// The cable between a host and a device on the bench (bench_device.hpp), without threads and without time of its own.
+// The cable between a host and a device on the bench (bench_device.hpp), without threads or time of its own.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class BenchTransport : public HidTransport {
   bool set_feature(std::span<const std::byte>) noexcept override { return false; }
 
   std::vector<std::byte> descriptor_bytes;
-  std::vector<std::uint8_t> flags;  ///< of all output reports
+  std::vector<std::uint8_t> flags;  ///< flags of all output reports
   std::size_t feature_bytes = FORCE_HID_FEATURE_BYTES;
   bool plugged = true;
 

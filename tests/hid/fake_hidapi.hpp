@@ -1,7 +1,7 @@
 // A stand-in for hidapi 0.13: the same functions over devices of the force profile that live in this process.
 //
-// Each device has a thread that steps its firmware once a millisecond and queues its input reports at every open handle, 64 at
-// most, as Linux's hidraw does. Encoders are set, and the force on the motors is read, by the test.
+// Each device has a thread that steps its firmware once per millisecond and queues its input reports at every open handle, at
+// most 64, as Linux's hidraw does. The test sets the encoders and reads the force on the motors.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@
 
 namespace palpate::test {
 
-/// Powered from its construction on; plugged in and out by its user.
+/// Powered from its construction on; its user plugs and unplugs it.
 class LiveDevice {
  public:
   using Report = std::array<std::uint8_t, FORCE_HID_INPUT_BYTES>;
@@ -30,13 +30,13 @@ class LiveDevice {
   ~LiveDevice();
 
   void set_position(std::array<std::int32_t, 3> nm);
-  void set_mute(bool mute);  ///< no input reports
+  void set_mute(bool mute);  ///< true: no input reports
   std::array<std::int32_t, 3> force();
   force_hid_state state();
-  /// Largest growth of the force along x from one step to the next so far.
+  /// Largest increase so far of the force along x from one step to the next.
   std::int32_t largest_rise();
 
-  // What the handles do.
+  // Called by the handles.
   int open();
   void close(int handle);
   int read(int handle, std::uint8_t* data, std::size_t size, int milliseconds);
@@ -58,21 +58,21 @@ class LiveDevice {
   std::thread thread_;
 };
 
-/// What hidapi enumerates. A path with no device behind it is listed and cannot be opened.
+/// Entry that hidapi enumerates. A path without a device is listed and cannot be opened.
 struct PluggedIn {
   std::string path;
   std::wstring maker, product, serial;
   std::uint16_t vendor = 0x1209, product_id = 1;
   std::shared_ptr<LiveDevice> device;
-  int listed = 1;  ///< entries, as hidapi makes one per top-level usage
+  int listed = 1;  ///< number of entries, as hidapi makes one per top-level usage
 };
 
-/// The machine's devices; one at a time.
+/// Devices of the machine; only one instance at a time.
 class FakeHidapi {
  public:
   FakeHidapi();
   ~FakeHidapi();
-  /// Node and descriptor in the file system too; the path of the node.
+  /// Creates node and descriptor in the file system too; returns the path of the node.
   std::string plug_in(const std::string& node, PluggedIn device, const std::vector<std::uint8_t>& descriptor);
   void unplug(const std::string& path);
   const std::filesystem::path& sysfs() const { return root_; }

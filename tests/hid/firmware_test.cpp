@@ -23,7 +23,7 @@ TEST_CASE("A device renders the force that it is told, to the millinewton, once 
   CHECK(device.step() == Force{});
   CHECK(device.core.state == FORCE_HID_STATE_READY);
   device.send(kArm, {100, 200, 300});
-  CHECK(device.step() == Force{});  // armed without having been disarmed first
+  CHECK(device.step() == Force{});  // armed without being disarmed first
   device.send(0);
   device.send(kArm, {100, -200, 300});
   CHECK(device.step() == Force{100, -200, 300});
@@ -126,7 +126,7 @@ TEST_CASE("A force beyond the peak keeps its direction and loses its length", "[
 TEST_CASE("Peak force is there for as long as the motors are cool, the continuous force for ever", "[hid]") {
   BenchDevice device;
   device.arm();
-  // From cold h = F^2 (1 - exp(-t / T)): the fall from the peak begins where h is 3/4 of the continuous force's square.
+  // From cold h = F^2 (1 - exp(-t / T)): the fall from the peak begins when h is 3/4 of the square of the continuous force.
   const double begins_s = -10 * std::log(1 - 0.75 * 1400. * 1400 / (8500. * 8500));
   int whole_ms = 0;
   for (int ms = 0; ms < 60'000; ++ms) {

@@ -98,7 +98,7 @@ TEST_CASE("A turned force turns alone", "[hid]") {
 }
 
 TEST_CASE("A joystick that spreads what belongs together over reports is refused", "[hid]") {
-  /// From the field with this usage on, another report.
+  /// Moves the fields from this usage on to another report.
   struct SpreadStick final : PidStick {
     SpreadStick(std::uint8_t usage, std::uint8_t next) : PidStick(PidManner::arrays) {
       const auto whole = PidStick::descriptor();

@@ -23,7 +23,7 @@ using palpate::test::BenchTransport;
 
 namespace {
 
-/// Host and device in one thread and one time.
+/// Host and device in one thread with one clock.
 struct Bench {
   BenchDevice device;
   BenchTransport cable{device};
@@ -41,7 +41,7 @@ struct Bench {
     return profile.read(input, Micros{device.now_us});
   }
   void write(const Vec3& force) { REQUIRE(profile.send(cable, {force, true, true}, Micros{device.now_us})); }
-  /// A millisecond as a host has it.
+  /// One millisecond of the host.
   DeviceReading tick(const Vec3& force) {
     device.step();
     const DeviceReading reading = read();
@@ -104,8 +104,8 @@ TEST_CASE("A descriptor of other units, or without a field, is refused", "[hid]"
     break;
   }
   BenchTransport cable(device);
-  cable.descriptor_bytes[10] = std::byte{0x70};  // the usage of the first field
-  CHECK_NOTHROW(profile.begin(cable));           // which is the sequence of input reports: nobody needs it
+  cable.descriptor_bytes[10] = std::byte{0x70};  // usage of the first field,
+  CHECK_NOTHROW(profile.begin(cable));           // the sequence of input reports, which no host needs
   for (std::size_t i = 0; i < FORCE_HID_DESCRIPTOR_BYTES; ++i)
     if (cable.descriptor_bytes[i] == std::byte{0x09} && cable.descriptor_bytes[i + 1] == std::byte{FORCE_HID_FLAGS})
       cable.descriptor_bytes[i + 1] = std::byte{0x70};
@@ -202,7 +202,7 @@ TEST_CASE("A report that is cut off or another one is not taken", "[hid]") {
 }
 
 TEST_CASE("Through the profile a simulated Phantom feels what it feels without: within the profile's quantum", "[hid]") {
-  // A soft wall in all three axes, F = -K x, felt by a hand in motion.
+  // A soft wall in all three axes, F = -K x, felt by a moving hand.
   constexpr double kStiffness = 500, kQuantumN = 1e-3, kStepM = 1e-9;
   SimPhantomOptions exact;
   exact.position_step_m = exact.force_step_n = 0;
@@ -212,8 +212,8 @@ TEST_CASE("Through the profile a simulated Phantom feels what it feels without: 
   const auto wall = [](const Vec3& x) { return Vec3(-kStiffness * x); };
 
   Bench bench;
-  // With the hand the whole is m x'' + b x' + k x = F: rounding of F, at most half a quantum, moves x by no more than the L1 norm
-  // of the impulse response, which is the static one times coth(pi zeta / (2 sqrt(1 - zeta^2))).
+  // With the hand, the system is m x'' + b x' + k x = F: rounding of F, at most half a quantum, moves x by no more than the L1
+  // norm of the impulse response, which is the static one times coth(pi zeta / (2 sqrt(1 - zeta^2))).
   const double m = 0.575, b = 6, k = 135 + kStiffness, zeta = b / (2 * std::sqrt(k * m));
   const double swing = 1 / std::tanh(M_PI * zeta / (2 * std::sqrt(1 - zeta * zeta)));
   const double rounding = kQuantumN / 2 + kStiffness * kStepM;

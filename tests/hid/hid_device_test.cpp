@@ -30,7 +30,7 @@ PluggedIn plugged_in(std::shared_ptr<LiveDevice> device) {
   return {{}, L"Workshop", L"Arm, Palpate HID 1", L"7", 0x1209, 1, device, 1};
 }
 
-/// Once a millisecond, as the haptic loop would, until `done` of the reading.
+/// Runs once per millisecond, like the haptic loop, until `done` is true for the reading.
 template <class Done>
 bool loop(Device& device, const Vec3& force, Done done) {
   for (int ms = 0; ms < kPatienceMs; ++ms) {
@@ -190,7 +190,7 @@ TEST_CASE("A device whose reports stop is at fault while it lasts", "[hid]") {
   CHECK(
       loop(*device, Vec3::Zero(), [&](const DeviceReading& reading) { return (silent = reading).state == DeviceState::fault; }));
   CHECK(silent.reason.text() == "its reports have stopped");
-  // Whoever goes on writing all the same pushes nobody.
+  // Further writes have no effect.
   for (int ms = 0; ms < kPatienceMs && machine.live->force() != Newtons{}; ++ms) {
     device->read(monotonic_now());
     device->write(Vec3(1, 0, 0));

@@ -1,10 +1,9 @@
-// A PID joystick as bytes: a descriptor in one of two manners, and what a firmware behind it makes of the reports. Written from
-// the class definition and independent of the host's code: offsets are constants here, as they are in a firmware.
+// A PID joystick as bytes: a descriptor in one of two styles, and the reaction of a firmware to reports. Written from the class
+// definition and independent of the host's code: offsets are constants here, as in a firmware.
 //
-// `arrays`: as small Arduino sticks have it: operations and device control as arrays, directions of 8 bits, magnitudes to
-// +-10000, feature ids 5, 6. `flags`: as wheels' boards have it: device control as bits, directions of 16 bits, a start delay,
-// magnitudes to
-// +-32767, other feature ids.
+// `arrays`: like small Arduino sticks: operations and device control as arrays, directions of 8 bits, magnitudes to +-10000,
+// feature ids 5, 6. `flags`: like the boards of wheels: device control as bits, directions of 16 bits, a start delay, magnitudes
+// to +-32767, other feature ids.
 #pragma once
 
 #include <array>
@@ -29,8 +28,8 @@ class PidStick : public HidTransport {
   bool enabled = false, plugged = true;
   int resets = 0, gain = 0, writes = 0, loads_until_ready = 2, room = 14;
 
-  /// Force by the class: positive magnitude comes from `direction` (a turn in units of the descriptor, clockwise from away).
-  /// x: right, y: away from the user; shares of full force.
+  /// Force by the class definition: positive magnitude comes from `direction` (an angle in units of the descriptor, clockwise
+  /// from away). x: right, y: away from the user; shares of full force.
   std::array<double, 2> force() const {
     std::array<double, 2> sum{};
     for (const auto& [index, effect] : effects) {
@@ -117,7 +116,7 @@ class PidStick : public HidTransport {
     Effect& effect = effects[at(r, 1)];
     effect.constant = at(r, 2) == 1;
     effect.duration_ms = word(r, 3);
-    const std::size_t after = arrays ? 9 : 11;  // a start delay of two bytes more
+    const std::size_t after = arrays ? 9 : 11;  // the start delay adds two bytes
     effect.gain = at(r, after);
     effect.direction_enabled = (at(r, after + 2) & 4) != 0;
     effect.direction = arrays ? at(r, 12) : word(r, 14);

@@ -1,4 +1,4 @@
-// docs/reference/hid-profile.md, from which firmware is written, says what the reference firmware does.
+// docs/reference/hid-profile.md, from which firmware is written, agrees with the reference firmware.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
@@ -24,7 +24,7 @@ const std::string& page() {
   return text;
 }
 
-/// From this heading to the next.
+/// Text from this heading to the next.
 std::string section(const std::string& heading) {
   const std::size_t begin = page().find("## " + heading);
   REQUIRE(begin != std::string::npos);
@@ -52,7 +52,7 @@ std::vector<unsigned long> numbers(const std::string& text) {
   return all;
 }
 
-/// Rows "| byte | bits | usage |" against the descriptor; the usages that were seen.
+/// Compares rows "| byte | bits | usage |" with the descriptor; returns the usages found.
 std::set<std::uint32_t> compare_table(const std::string& text, HidReportKind kind) {
   static const ReportDescriptor descriptor(palpate::test::bytes_of(force_hid_descriptor));
   std::set<std::uint32_t> seen;
@@ -68,7 +68,7 @@ std::set<std::uint32_t> compare_table(const std::string& text, HidReportKind kin
       REQUIRE(field);
       CHECK(field->bit == 8 * places[i]);
       CHECK(field->bits == std::stoul((*it)[2]));
-      // The clock is any 32 bits.
+      // The clock has arbitrary 32 bits.
       if (usages[i] != FORCE_HID_CLOCK) CHECK((field->logical_min < 0) == (*it)[3].matched);
       seen.insert(usage);
     }

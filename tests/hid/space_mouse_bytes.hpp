@@ -1,5 +1,5 @@
-// Descriptors and reports as six-axis mice send them: an older model's (translation and rotation in reports of their own,
-// declared relative) and a newer one's (all in one, absolute).
+// Descriptors and reports of six-axis mice: an older model's (translation and rotation in separate reports, declared relative)
+// and a newer one's (all in one, absolute).
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace palpate::test {
 
-/// A device that only has a descriptor.
+/// A device that has only a descriptor.
 class FixedTransport : public HidTransport {
  public:
   explicit FixedTransport(const std::vector<std::uint8_t>& bytes) : descriptor_(bytes_of(bytes)) {}
@@ -30,14 +30,14 @@ inline std::vector<std::uint8_t> joined(std::initializer_list<std::vector<std::u
   return all;
 }
 
-/// Axes from `first` on, `count` of them, -350 to 350, in a physical collection.
+/// Items for `count` axes from `first` on, -350 to 350, in a physical collection.
 inline std::vector<std::uint8_t> axes_items(std::uint8_t id, std::uint8_t first, std::uint8_t count, std::uint8_t flags) {
   return {0xA1, 0x00, 0x85, id,    0x16, 0xA2,  0xFE, 0x26, 0x5E, 0x01,  0x36, 0x88,
           0xFA, 0x46, 0x78, 0x05,  0x55, 0x0C,  0x65, 0x11, 0x19, first, 0x29, static_cast<std::uint8_t>(first + count - 1),
           0x75, 0x10, 0x95, count, 0x81, flags, 0xC0};
 }
 
-/// Buttons in report 3, then a light in output report 4.
+/// Items for buttons in report 3, then a light in output report 4.
 inline std::vector<std::uint8_t> buttons_and_light(std::uint8_t buttons) {
   return {0xA1, 0x02, 0x85,    0x03, 0x05,    0x01, 0x05,
           0x09, 0x19, 0x01,    0x29, buttons, 0x15, 0x00,

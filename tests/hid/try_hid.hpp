@@ -1,5 +1,5 @@
-// Whatever a device says of itself and then sends: hosts of every kind try it, and either refuse it with an InputError or read
-// finite numbers within bounds.
+// Arbitrary descriptors and reports: hosts of every kind try the device, and either refuse it with an InputError or read finite
+// numbers within bounds.
 #pragma once
 
 #include <cstdlib>
@@ -15,7 +15,7 @@
 
 namespace palpate::test {
 
-/// Hands out a descriptor, and other bytes over and over wherever it is asked for a report.
+/// Returns a descriptor, and repeats the other bytes whenever it is asked for a report.
 class BabblingDevice : public HidTransport {
  public:
   BabblingDevice(std::span<const std::byte> descriptor, std::span<const std::byte> words)
@@ -39,7 +39,7 @@ inline void abort_unless(bool holds) {
   if (!holds) std::abort();
 }
 
-/// Whether it was taken for a device of this kind.
+/// Returns true if the protocol accepted the device.
 inline bool try_protocol(HidProtocol& protocol, std::span<const std::byte> descriptor, std::span<const std::byte> words) {
   BabblingDevice device(descriptor, words);
   try {
@@ -62,7 +62,7 @@ inline bool try_protocol(HidProtocol& protocol, std::span<const std::byte> descr
   return true;
 }
 
-/// How many kinds took it.
+/// Number of protocols that accepted the device.
 inline int try_hid(std::span<const std::byte> descriptor, std::span<const std::byte> words) {
   ForceJoystickOptions stick;
   stick.force_max_n = 4;
@@ -75,7 +75,7 @@ inline int try_hid(std::span<const std::byte> descriptor, std::span<const std::b
   return taken;
 }
 
-/// Descriptors of ours, one of each kind.
+/// Our descriptors, one of each kind.
 inline std::vector<std::vector<std::byte>> known_descriptors() {
   std::vector<std::vector<std::byte>> all{bytes_of(force_hid_descriptor), bytes_of(one_report_descriptor()),
                                           bytes_of(two_report_descriptor())};
@@ -86,7 +86,7 @@ inline std::vector<std::vector<std::byte>> known_descriptors() {
   return all;
 }
 
-/// A feature report of a device of the profile, without its id, and a byte that moves the next ones along.
+/// A feature report of a device of the profile, without its id, and a byte that shifts the following ones.
 inline std::vector<std::byte> known_words() {
   BenchDevice device;
   std::array<std::uint8_t, FORCE_HID_FEATURE_BYTES> feature{};

@@ -1,9 +1,9 @@
-// A device of the force profile behind /dev/uhid, and the host as it always is: kernel, hidraw, udev's list, hidapi, HidDevice.
+// A device of the force profile behind /dev/uhid, and the usual host: kernel, hidraw, udev's list, hidapi, HidDevice.
 //
-// The device is the reference firmware on a simulated Phantom in a firm hand; the host renders a wall. What has to hold: the
-// device is found and opened by its serial number, its limits arrive, a constant force arrives to the millinewton, every force on
-// the motors is one that the host wrote, the device is gone when it is destroyed, and felt again when it is there again. How the
-// timing was is said, not judged: it is the machine's. Exit code 0: all of it held.
+// The device is the reference firmware on a simulated Phantom in a firm hand; the host renders a wall. Requirements: the device
+// is found and opened by its serial number, its limits arrive, a constant force arrives to the millinewton, every force on the
+// motors was written by the host, the device is reported gone when it is destroyed, and works again when it returns. Timing is
+// reported but not judged, as it depends on the machine. Exit code 0: all of it held.
 #include <fcntl.h>
 #include <linux/input.h>
 #include <linux/uhid.h>
@@ -85,7 +85,7 @@ class UhidArm {
     const std::lock_guard lock(mutex_);
     return force_;
   }
-  /// Forces on the motors beside ramps, each once where it stayed, since the last take_forces().
+  /// Number of forces on the motors other than ramps since the last take_forces(), each counted once while constant.
   std::size_t count_forces() {
     const std::lock_guard lock(mutex_);
     return forces_.size();
@@ -178,7 +178,7 @@ struct Loop {
   std::vector<double> late_us;
   int ticks = 0, not_ok = 0;
 
-  /// Once a millisecond; `force` of a reading, until `done`. False: patience was over.
+  /// Runs once per millisecond with the `force` for a reading, until `done`. Returns false on a timeout.
   bool run(Device& device, const std::function<Vec3(const DeviceReading&)>& force,
            const std::function<bool(const DeviceReading&)>& done) {
     auto due = std::chrono::steady_clock::now();
@@ -231,7 +231,7 @@ void feel_wall(UhidArm& arm, Device& device, Loop& loop) {
     written.push_back(rounded);
     return force;
   };
-  arm.take_forces();  // what came before the wall is over
+  arm.take_forces();  // forces before the wall do not count
   const bool enough = loop.run(device, wall, [&](const DeviceReading&) { return arm.count_forces() >= kWallForces; });
   const auto felt = arm.take_forces();
   std::sort(written.begin(), written.end());

@@ -1,4 +1,4 @@
-// Lines for a reader that stalls, comes back, or goes: whoever writes never waits, and knows of it.
+// Lines for a reader that stalls, resumes, or disappears: the writer never waits, and is informed.
 #include "common/io/line_writer.hpp"
 
 #include <unistd.h>
@@ -25,7 +25,7 @@ struct Pipe {
     if (ends[1] >= 0) ::close(std::exchange(ends[1], -1));
   }
   bool reads() const { return ends[0] >= 0; }
-  /// Until `last` has come.
+  /// Reads until `last` has come.
   std::string read_until(const std::string& last) const {
     std::string text;
     std::array<char, 4096> part;
@@ -61,7 +61,7 @@ TEST_CASE("Lines come out as they were written, in order and whole, and all of t
 TEST_CASE("Who writes does not wait for a reader that stalls, and lines beyond what may wait are left out and counted") {
   Pipe pipe;
   std::optional<LineWriter> writer(std::in_place, pipe.ends[1], left_out);
-  constexpr int kLines = 50'000;  // 5 MB, of which a pipe takes 64 kB and the writer 256
+  constexpr int kLines = 50'000;  // 5 MB; a pipe buffers 64 kB and the writer 256
   for (int k = 0; k < kLines; ++k) writer->write(line(k));
   const std::string text = pipe.read_until("left out\n");
   int whole = 0;

@@ -1,4 +1,4 @@
-// What result files say of the run that made them.
+// Provenance of result files.
 #include "common/io/provenance.hpp"
 
 #include <catch2/catch.hpp>

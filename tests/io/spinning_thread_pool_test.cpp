@@ -1,4 +1,4 @@
-// Every part of every piece of work is done once, whoever comes late.
+// Every part of every piece of work is done once, however late a thread comes.
 #include "common/io/spinning_thread_pool.hpp"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ TEST_CASE("A thread pool that slept goes on with the next piece of work") {
   SpinningThreadPool pool(3);
   std::atomic<int> done = 0;
   for (int k = 0; k < 5; ++k) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // longer than its threads look out for one
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // longer than its threads spin
     pool.run(4, [&](std::size_t) { ++done; });
   }
   CHECK(done == 20);

@@ -1,4 +1,4 @@
-// What a recording says is of others: names of stations, and times.
+// Exports of recordings: names of stations, and times.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -71,5 +71,5 @@ TEST_CASE("A recording with one time far from the others exports the shapes that
   const ExportFolder out;
   const std::size_t shapes = export_shapes(recording, out.path, ShapeFormat::ply, 10);
   CHECK(shapes >= 20);
-  CHECK(shapes <= 20 + 25);  // each end of what was recorded stands for two seconds
+  CHECK(shapes <= 20 + 25);  // each end of a recorded part stands for two seconds
 }

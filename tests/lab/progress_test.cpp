@@ -1,4 +1,4 @@
-// What a long command says of how far it is.
+// Progress messages of a long command.
 #include "bench/output/progress.hpp"
 
 #include <catch2/catch.hpp>

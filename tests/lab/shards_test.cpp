@@ -1,4 +1,4 @@
-// Sweeps that several machines share, against the whole one.
+// Sharded sweeps against the whole one.
 #include "bench/lab/shards.hpp"
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ std::vector<int> numbers_in(const std::filesystem::path& file) {
 
 TEST_CASE(
     "Shards that are merged give the runs of the whole sweep in its order, however many there are and whichever is longer") {
-  const std::size_t shards = GENERATE(1U, 2U, 3U, 11U, 30U);  // with eleven, names in the order of the alphabet are not in theirs
+  const std::size_t shards = GENERATE(1U, 2U, 3U, 11U, 30U);  // with eleven, alphabetical order differs from numerical order
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("palpate-shards-" + std::to_string(shards));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

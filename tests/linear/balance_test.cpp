@@ -1,4 +1,4 @@
-// Balanced truncation against dense Gramians, its own bound, and the figures known of the paper's mesh.
+// Balanced truncation against dense Gramians, its own bound, and known figures of the paper's mesh.
 #include "server/systems/balance.hpp"
 
 #include <catch2/catch.hpp>
@@ -55,7 +55,7 @@ TEST_CASE("The balanced system has equal diagonal Gramians, the Hankel values") 
   const StateSpace r = balanced.truncated(order);
   const Vector hankel = balanced.hankel().head(order);
   const double scale = (r.b * r.b.transpose()).norm();
-  // A leading block of the balanced Lyapunov equations holds by itself.
+  // A leading block of the balanced Lyapunov equations is itself balanced.
   const Matrix h = hankel.asDiagonal();
   CHECK((r.a * h + h * r.a.transpose() + r.b * r.b.transpose()).norm() < 1e-8 * scale);
   CHECK((r.a.transpose() * h + h * r.a + r.c.transpose() * r.c).norm() < 1e-8 * scale);
@@ -93,7 +93,7 @@ TEST_CASE("Every order that is offered is stable and keeps to its bound, down to
 }
 
 TEST_CASE("The sheet's 10-state reduction is well under 1 % with damping as tissue has it, and is not with a fifth of that") {
-  // A prototype, sampling, found 4.5e-3 and 1.1e-1, and about 1 % at 24 states with the light damping.
+  // A prototype, by sampling, found 4.5e-3 and 1.1e-1, and about 1 % at 24 states with the light damping.
   const BalancedReduction well(sheet(0.5)), lightly(sheet(0.1));
   CHECK(reduction_error(well, well.truncated(10)).relative == Approx(4.5e-3).epsilon(0.02));
   CHECK(reduction_error(lightly, lightly.truncated(10)).relative == Approx(1.166e-1).epsilon(0.01));

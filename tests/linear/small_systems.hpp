@@ -25,7 +25,7 @@ inline SecondOrderSystem sheet(double damping_n_s_m) {
   return second_order_system(dynamics, dynamics.rest_state(), scene.tool.node, {});
 }
 
-/// X with A X + X A^T + R = 0, by the eigenvectors of A.
+/// Solution X of A X + X A^T + R = 0, by the eigenvectors of A.
 inline Matrix lyapunov(const Matrix& a, const Matrix& r) {
   const Eigen::EigenSolver<Matrix> eigen(a);
   const ComplexMatrix x = eigen.eigenvectors(), inverse = x.inverse();

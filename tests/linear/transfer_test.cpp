@@ -21,7 +21,7 @@ TEST_CASE("The sparse factorisation solves as dense algebra does, off the axis a
 TEST_CASE("The signs of the pivots are the inertia of the stiffness") {
   SecondOrderSystem y = small_cube();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen{Matrix(y.stiffness)};
-  // Between the third and the fourth eigenvalue: three pivots are negative.
+  // Between the third and the fourth eigenvalue, so three pivots are negative.
   const double shift = 0.5 * (eigen.eigenvalues()[2] + eigen.eigenvalues()[3]);
   for (Eigen::Index i = 0; i < y.size(); ++i) y.stiffness.coeffRef(i, i) -= shift;
   const auto at = DynamicStiffness(y.mass, y.damping, y.stiffness).at(0);

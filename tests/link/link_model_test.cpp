@@ -100,7 +100,7 @@ TEST_CASE("a duplicate comes with the share that was asked for") {
 }
 
 TEST_CASE("the wire carries its bandwidth and no more, and a full backlog drops the newest") {
-  // 972 + 28 bytes at 1000 kbit/s: 8 ms each; offered one a millisecond
+  // 972 + 28 bytes at 1000 kbit/s: 8 ms each, offered once per millisecond.
   const Run result = run({.kbit_s = 1000}, 4000, Micros{1000}, 972);
   const auto at = first_copies(result);
   for (std::size_t i = 1; i < at.size(); ++i) REQUIRE(at[i] - at[i - 1] >= Micros{7999});

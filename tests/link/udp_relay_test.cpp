@@ -8,7 +8,7 @@ using namespace palpate;
 
 namespace {
 
-/// A server that answers every datagram with itself and notes who asked, a relay before it, and clients; all on loopback.
+/// A server that echoes every datagram and records the sender, a relay in front of it, and clients; all on loopback.
 class Loopback {
  public:
   explicit Loopback(const LinkSpec& each_way)
@@ -18,7 +18,7 @@ class Loopback {
 
   UdpSocket client() { return UdpSocket(io_, any()); }
   void send(UdpSocket& client, const std::string& text) { client.send_to(asio::buffer(text), relay_.address()); }
-  /// Runs until `client` has got something or nothing has come for a long while.
+  /// Runs until `client` has received something, or nothing has come for a long time.
   std::string receive(UdpSocket& client, int patience_ms = 5000) {
     std::string text(100, '\0');
     UdpEndpoint from;

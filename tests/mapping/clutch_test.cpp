@@ -1,4 +1,4 @@
-// Clutch, dead-man switch and the tool's weight: no step of force or place, whatever the buttons and the device do.
+// Clutch, dead-man switch and tool weight: no step of force or position, for any buttons and motion of the device.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -14,7 +14,7 @@ using palpate::test::kWholeFade;
 namespace {
 
 const Vec3 kForce(0, 0, 3);
-/// Largest change in a tick of a force that fades out, or in: 15/8 of it over the time of the fade.
+/// Largest change per tick of a force that fades out or in: 15/8 of it over the time of the fade.
 const double kOutStepN = 15.0 / 8 * kForce.norm() * 1e-3 / kFadeOutS, kInStepN = 15.0 / 8 * kForce.norm() * 1e-3 / kFadeInS;
 
 WorkspaceMapping with_clutch(double scale = 1) {
@@ -24,7 +24,7 @@ WorkspaceMapping with_clutch(double scale = 1) {
   return mapping;
 }
 
-/// The hand goes 0.1 mm a tick along x.
+/// The hand moves 0.1 mm per tick along x.
 void move(int, DeviceReading& reading) { reading.position.x() += 1e-4; }
 void press(DeviceReading& reading, std::uint32_t buttons) { reading.buttons = buttons; }
 
@@ -68,7 +68,7 @@ TEST_CASE("While the clutch is held the tool stays, the hand is free, and goes o
     CHECK(bench.force_step_max_n() <= kOutStepN + 1e-12);
     CHECK(bench.tool_step_max_m() <= scale * 1e-4 + 1e-12);
     CHECK(bench.forces.back().isApprox(kForce));
-    // The tool went with the hand but for the 500 ticks of the clutch and the one in which it closed again.
+    // The tool followed the hand except in the 500 ticks of the clutch and the one in which it closed again.
     CHECK(bench.tools.back().x() - stayed.x() == Approx(scale * 1e-4 * (kWholeFade - 1)).epsilon(1e-9));
   }
 }
@@ -106,7 +106,7 @@ TEST_CASE("Without the dead-man button there is no force, not even against the w
 
 TEST_CASE("The clutch leaves the weight of the tool carried") {
   WorkspaceMapping mapping = with_clutch();
-  mapping.rotation_deg = Vec3(0, 90, 0);  // the weight is the device's, whatever its place in the scene
+  mapping.rotation_deg = Vec3(0, 90, 0);  // the weight belongs to the device, wherever it is in the scene
   mapping.tool_weight_n = Vec3(0.1, 0, -0.4);
   Bench bench(mapping);
   bench.run(kWholeFade, Vec3::Zero());
@@ -166,7 +166,7 @@ TEST_CASE("What is no number becomes no force, and what is said to be none of th
 
 namespace {
 
-/// A hand presses onto a wall at z = 0 in the scene, goes sideways and comes back; largest change of the force in a tick.
+/// Largest change of the force per tick while a hand presses onto a wall at z = 0 in the scene, moves sideways and comes back.
 double force_step_on_wall(const WorkspaceMapping& mapping, std::uint32_t pressed) {
   constexpr double kWallNM = 400;
   std::vector<MotionPoint> points{

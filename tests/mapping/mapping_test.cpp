@@ -1,4 +1,4 @@
-// Places, forces and limits of a mapped device, against the equations of workspace_mapping.hpp worked out by hand.
+// Positions, forces and limits of a mapped device, against the equations of workspace_mapping.hpp evaluated by hand.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -14,7 +14,7 @@ using palpate::test::ScriptedDevice;
 
 namespace {
 
-/// Twice as large, a quarter turn about z: x of the device is y of the scene.
+/// Mapping of scale 2 with a quarter turn about z: x of the device is y of the scene.
 WorkspaceMapping quarter() {
   WorkspaceMapping mapping;
   mapping.scale = 2;
@@ -108,7 +108,7 @@ TEST_CASE("No force in the scene that the mapped limits allow is more than the d
   for (int k = 0; k < 2000; ++k) {
     device.reading.buttons = k / 300 % 2 == 1 ? 1 : 0;
     mapped.read(now += kMs);
-    // As fast as the scene's limit lets it, up and down.
+    // As fast as the scene's limit allows, up and down.
     const double want_n = k % 80 < 40 ? most_n : 0;
     force.z() += std::clamp(want_n - force.z(), -change_n, change_n);
     mapped.write(force);

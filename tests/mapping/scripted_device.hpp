@@ -1,4 +1,4 @@
-// A device whose readings are set by the test and which remembers what it is told.
+// A device whose readings are set by the test and which records its commands.
 #pragma once
 
 #include <vector>
@@ -30,7 +30,7 @@ class ScriptedDevice final : public Device {
   bool halted = false;
 };
 
-/// Ticks of 1 ms of a mapped device under a steady force in W; what the hand felt, and where the tool was.
+/// Runs 1 ms ticks of a mapped device under a steady force in W; records the felt force and the tool's position.
 class Bench {
  public:
   explicit Bench(const WorkspaceMapping& mapping, const SceneSpot& spot = {}) : mapped(device, mapping, spot) {}
@@ -65,7 +65,7 @@ class Bench {
   }
 };
 
-/// Long enough for every fade.
+/// Ticks that cover every fade.
 inline constexpr int kWholeFade = 260;
 
 }  // namespace palpate::test

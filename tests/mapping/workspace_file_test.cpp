@@ -19,7 +19,7 @@ std::string fault_in(const std::string& text) {
   return "";
 }
 
-/// The one device of a file with these further fields, each on a line of its own.
+/// File with one device that has these further fields, each on its own line.
 std::string device_with(const std::string& fields) { return "{\"devices\": [{\"device\": \"hid\",\n" + fields + "}]}"; }
 
 }  // namespace

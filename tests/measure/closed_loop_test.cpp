@@ -16,7 +16,7 @@ constexpr double kMassKg = 0.075, kLoopTickS = 1e-3, kSpringNM = 200;
 
 Scene cube6() { return load_scene(kLoopSource + "/scenes/cube6.json"); }
 
-/// One spring from the ground up to the tool: what `tangent` shows of it is exact.
+/// One spring from the ground up to the tool, for which `tangent` is exact.
 Scene one_spring() {
   Scene scene;
   scene.name = "spring";
@@ -50,8 +50,8 @@ TEST_CASE("A device on one spring moves as the mass under a sampled spring that 
   const ClosedLoopResult result = closed_loop(one_spring(), press, options);
   REQUIRE(result.ticks.size() == 1001);
   constexpr std::size_t kFrom = 400;
-  // x+ = x + dt v + dt^2/(2 m) F,  v+ = v + dt/m F,  F = -k x: held for a tick, so that its energy grows by the determinant
-  // 1 + k dt^2/(2 m) a tick.
+  // x+ = x + dt v + dt^2/(2 m) F,  v+ = v + dt/m F,  F = -k x, held for a tick, so that its energy grows by the determinant 1 + k
+  // dt^2/(2 m) per tick.
   double x = result.ticks[kFrom].position.z() - top.z(), v = result.ticks[kFrom].velocity.z();
   CHECK(x < -0.0015);
   const double held_j = result.ticks[kFrom].kinetic_j + result.ticks[kFrom].display_j;
@@ -71,7 +71,7 @@ TEST_CASE("A device on one spring moves as the mass under a sampled spring that 
     REQUIRE(std::abs(tick.kinetic_j + tick.display_j - held_j) < 1e-12);
   }
   CHECK(store(x, v) / stored == Approx(std::pow(1 + kSpringNM * kLoopTickS * kLoopTickS / (2 * kMassKg), 600)).epsilon(1e-6));
-  // Up to the first turn the display has given back what the spring holds then.
+  // Up to the first turning point the display has returned the energy that the spring then holds.
   CHECK(result.ticks[kFrom].display_j ==
         Approx(0.5 * kSpringNM * std::pow(result.ticks[kFrom].position.z() - top.z(), 2)).epsilon(0.02));
 }

@@ -1,4 +1,4 @@
-// Scenes drawn by chance: bodies that can be simulated, each another, the same of the same number.
+// Randomly drawn scenes: bodies that can be simulated, all different, the same for the same number.
 #include "bench/measure/drawn_scene.hpp"
 
 #include <catch2/catch.hpp>

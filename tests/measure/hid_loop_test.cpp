@@ -1,5 +1,5 @@
-// The whole loop, server, link, client, host and firmware, in virtual time: the force at a device of the HID profile whose
-// mechanics are the simulated Phantom against that of the simulated Phantom alone.
+// The whole loop of server, link, client, host and firmware in virtual time: the force at a device of the HID profile, whose
+// mechanics are the simulated Phantom, against that of the simulated Phantom alone.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -17,7 +17,7 @@ namespace {
 constexpr double kProfileQuantumN = 1e-3;
 constexpr int kHidPressMs = 1500;
 
-/// The Phantom without steps of its own, so that those of the profile are all there are; `profile`: behind firmware and host.
+/// The Phantom without quantisation, so that only that of the profile remains; `profile`: behind firmware and host.
 class ComparedPhantom final : public MotionDevice {
  public:
   ComparedPhantom(const Motion& motion, bool profile, std::shared_ptr<std::vector<Vec3>> felt)
@@ -108,7 +108,7 @@ TEST_CASE("A press felt through the HID profile is the press of the simulated Ph
   }
   CAPTURE(apart);
   CHECK(strongest > 1.0);
-  // Half a quantum is rounded off here, and what that does to the motion comes back through the body.
+  // Half a quantum is rounded off here, and its effect on the motion returns through the body.
   CHECK(apart <= kProfileQuantumN);
   CHECK(apart > 0);
 }

@@ -1,4 +1,4 @@
-// Models that nothing is left out of: where they are exact, the reference is what they give.
+// Models without omissions: where they are exact, they equal the reference.
 #include "bench/measure/local_model.hpp"
 
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@ namespace {
 
 Scene scene_named(const std::string& name) { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name + ".json"); }
 
-/// In and out and to the side at 2 Hz, `deep_m` at most, from `above_m` over where the tool is taken up.
+/// In and out and sideways at 2 Hz, at most `deep_m` deep, from `above_m` above the place where the tool is coupled.
 Motion wave(const Vec3& from, double deep_m, double above_m, double until_s) {
   std::vector<MotionPoint> points;
   for (int ms = 0; ms <= std::lround(1e3 * until_s); ++ms) {
@@ -51,7 +51,7 @@ TEST_CASE("Over small motions a body linearised where it was is the body, graspe
 
 TEST_CASE("Where hyper fell back there are no modes to put full forces on, and what was felt stays") {
   Scene scene = scene_named("cube6");
-  scene.body.law = SpringLaw::thigh_skin;  // without a series
+  scene.body.law = SpringLaw::thigh_skin;  // a law without a series
   ReplayResult run = with_starts(scene, wave(home_of(scene), 0.004, 0, 0.4), 50);
   REQUIRE(run.last_patch.scheme == Scheme::port);
   REQUIRE(!run.starts.empty());
@@ -63,7 +63,7 @@ TEST_CASE("Where hyper fell back there are no modes to put full forces on, and w
 
 TEST_CASE("Over large motions the body's own forces on all of its modes are the body, and its linearisation is not") {
   Scene scene = scene_named("cube6");
-  const double damping = GENERATE(1.0, 3.0);  // dampers that turn need more steps than springs in the second
+  const double damping = GENERATE(1.0, 3.0);  // in the second case rotating dampers need more steps than springs
   for (Element& e : scene.body.elements) e.damping_n_s_m *= damping;
   ReplayResult run = with_starts(scene, wave(home_of(scene), 0.008, 0, 0.7), 100);
   const double few = db_of(run, scene, LocalModel::full_forces), linear = db_of(run, scene, LocalModel::whole_linear);

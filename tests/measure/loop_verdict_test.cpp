@@ -1,5 +1,4 @@
-// The verdict on loops whose boundary of stability has a closed form: a simulated device and hand on a wall that is delayed, or
-// sampled.
+// The verdict on loops whose boundary of stability has a closed form: a simulated device and hand on a delayed or sampled wall.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
@@ -13,7 +12,7 @@ namespace {
 
 constexpr double kTickS = 1e-3;
 
-/// Force along z from the tool's z at this tick and before, the newest last.
+/// Force along z from the tool's z at this tick and earlier ones, the newest last.
 using Law = std::function<double(double t_s, const std::deque<double>& z)>;
 
 ClosedLoopResult loop_on(const Law& law, const Motion& intention, const SimPhantomOptions& options, double duration_s) {
@@ -50,12 +49,12 @@ SimPhantomOptions held_by(const Hand& hand) {
   return options;
 }
 
-/// 4 mm in within 0.2 s, and still from then on; rest is judged from kRestTick on.
+/// 4 mm in within 0.2 s, then still; rest is judged from kRestTick on.
 const Motion kPush({{0.0, Vec3::Zero()}, {0.2, Vec3(0, 0, -0.004)}});
 constexpr std::size_t kRestTick = 300;
 
-/// (M s^2 + b s + k + K e^(-tau s)) x has a root on the imaginary axis for this K first: K sin(w tau) = b w,
-/// K cos(w tau) = M w^2 - k.
+/// First K for which (M s^2 + b s + k + K e^(-tau s)) x has a root on the imaginary axis: K sin(w tau) = b w, K cos(w tau) = M
+/// w^2 - k.
 double boundary_n_m(double mass_kg, const Hand& hand, double delay_s) {
   const auto imaginary = [&](double w) { return hand.damping_n_s_m * w; };
   const auto real = [&](double w) { return mass_kg * w * w - hand.stiffness_n_m; };
@@ -74,7 +73,7 @@ TEST_CASE("A held hand on a delayed wall is judged stable below the stiffness at
   const int delay_ticks = GENERATE(20, 60, 200);
   const SimPhantomOptions options = held_by(hand);
   const double mass_kg = hand.mass_kg + options.device_mass_kg;
-  // A force that is held for a tick comes half a tick late.
+  // A force held for a tick is effectively half a tick late.
   const double limit = boundary_n_m(mass_kg, hand, (delay_ticks + 0.5) * kTickS);
   CAPTURE(hand.mass_kg, delay_ticks, limit);
   constexpr double kLongS = 20;
@@ -93,7 +92,7 @@ TEST_CASE("A device with friction on a sampled wall is judged by the bound b > K
   options.device_damping_n_s_m = 0.5;
   options.hand = *hand_from_name("reference");
   options.release_s = kRestTick * kTickS;
-  // The determinant of the map of a period is 1 there: the exact device under a held force.
+  // There the determinant of the map over a period is 1: the exact device under a held force.
   const double m = options.device_mass_kg, b = options.device_damping_n_s_m, e = std::exp(-b * kTickS / m);
   const double q = m / b * (1 - e), p = (kTickS - q) / b, r = (1 - e) / b;
   const double limit = (1 - e) / (r * q - p * e);
@@ -110,7 +109,7 @@ TEST_CASE("A device with friction on a sampled wall is judged by the bound b > K
 }
 
 TEST_CASE("A limit cycle that is small beside the blow that began it is not stable") {
-  // Around where the hand wants to be the wall is stiff, beyond the boundary; 0.04 mm further out it yields.
+  // Near the intended position the wall is stiff, beyond the boundary; 0.04 mm further out it yields.
   const SimPhantomOptions options = held_by(*hand_from_name("light"));
   constexpr int kDelay = 60;
   const double limit = boundary_n_m(0.175, options.hand, (kDelay + 0.5) * kTickS);
@@ -136,7 +135,7 @@ TEST_CASE("A hand that is driven is stable however fast it moves, and is not whe
   const ClosedLoopResult reference = loop_on(wall(0.5 * limit, 0), taps, options, 4);
   CHECK(judge_loop(reference, reference, kStill).fault == LoopFault::none);
   CHECK(judge_loop(loop_on(wall(0.5 * limit, kDelay), taps, options, 4), reference, kStill).fault == LoopFault::none);
-  // Unstable only while it is driven: at rest nothing is left of it.
+  // Unstable only while driven; at rest nothing remains of it.
   const Law shaking = [=](double t_s, const std::deque<double>& z) {
     return wall((t_s < 1.5 ? 2.5 : 0.1) * limit, t_s < 1.5 ? kDelay : 0)(t_s, z);
   };

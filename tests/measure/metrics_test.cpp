@@ -1,4 +1,4 @@
-// Figures of masking against sequences whose answer is plain.
+// Figures of masking for sequences with known results.
 #include "bench/fidelity/metrics.hpp"
 
 #include <catch2/catch.hpp>

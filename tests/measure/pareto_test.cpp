@@ -1,4 +1,4 @@
-// Error against run time: which points count, and the pushed cube that gives some of them.
+// Error against run time: selection of the front, and the pushed cube that provides some of the points.
 #include "bench/measure/pareto.hpp"
 
 #include <catch2/catch.hpp>

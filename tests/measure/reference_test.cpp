@@ -1,4 +1,4 @@
-// The reference force against an explicit integrator of its own, and the figures of fidelity against signals made for them.
+// The reference force against an independent explicit integrator, and the figures of fidelity for constructed signals.
 #include "bench/fidelity/reference.hpp"
 
 #include <catch2/catch.hpp>
@@ -20,7 +20,7 @@ std::vector<Vec3> path(int ms) {
   return positions;
 }
 
-/// Velocity Verlet with linear springs and dampers, written out again; the tool's node follows the path.
+/// Velocity Verlet with linear springs and dampers, coded independently; the tool's node follows the path.
 std::vector<Vec3> explicit_force(const Scene& scene, const std::vector<Vec3>& path) {
   constexpr int kSubSteps = 50;
   constexpr double kStepS = 1e-3 / kSubSteps;
@@ -102,7 +102,7 @@ TEST_CASE("Fidelity is what its formulas say") {
   auto jump = reference;
   for (std::size_t i = 1500; i < jump.size(); ++i) jump[i].x() += 2;
   CHECK(compare(jump, reference, 0).force_step_max_n == Approx(2).margin(0.02));
-  // No mean, an error of a tenth in one of two samples of the same size.
+  // Zero mean, and an error of a tenth in one of two samples of the same size.
   const std::vector<Vec3> r{Vec3(1, 0, 0), Vec3(-1, 0, 0)}, f{Vec3(1.1, 0, 0), Vec3(-1, 0, 0)};
   CHECK(compare(f, r, 0).snr_db == Approx(10 * std::log10(2 / 0.01)));
   CHECK(percentile({3, 1, 2}, 0.5) == 2);

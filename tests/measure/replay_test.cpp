@@ -1,4 +1,4 @@
-// What is felt over real links, in virtual time: the figures that the design promises, repeatability, and the moment of contact.
+// Forces over real links, in virtual time: the figures that the design promises, repeatability, and the moment of contact.
 #include "bench/fidelity/replay.hpp"
 
 #include <algorithm>
@@ -73,7 +73,7 @@ TEST_CASE("port feels as true as the design says over 0, 50 and 150 ms, and far 
     int round_trip_ms;
     double least_db, until_s;
   };
-  // 150 ms needs the whole motion: its beginning is the hardest part.
+  // 150 ms requires the whole motion: its beginning is the hardest part.
   const auto row = GENERATE(Row{0, 38, 1.2}, Row{50, 27, 1.2}, Row{150, 15.5, 5});
   const Motion motion = excursion(row.until_s);
   const Fidelity port = play(cube6(), motion, replay_options_for(Scheme::port, row.round_trip_ms)).fidelity;
@@ -128,7 +128,7 @@ TEST_CASE(
   const Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
   const Motion tap = cut(read_motion(kReplaySource + "/scenes/motions/tap.csv"), 0, 0.6);
   std::vector<MotionPoint> points(tap.points().begin(), tap.points().end());
-  // The recorded taps are for a body 0.1 m high: this one's surface is at z = 0.075 m, 2 mm below where the tool waits.
+  // The recorded taps are for a body 0.1 m high: the surface of this one is at z = 0.075 m, 2 mm below the waiting tool.
   for (MotionPoint& p : points) p.position += Vec3(0.0121, 0.0127, -0.023);
   const Motion motion(std::move(points));
   constexpr int kRoundTripMs = 120;
@@ -161,7 +161,7 @@ TEST_CASE("At 150 ms round trip and 20 ms jitter, 5 % loss takes less than 1.5 d
   };
   const ReplayResult clean = run(0), lossy = run(0.05);
   INFO(clean.fidelity.snr_db << " dB without loss, " << lossy.fidelity.snr_db << " dB with");
-  CHECK(lossy.uplink_bytes_s > 1.5 * clean.uplink_bytes_s);  // something got lost, and was answered
+  CHECK(lossy.uplink_bytes_s > 1.5 * clean.uplink_bytes_s);  // losses occurred, and were compensated
   CHECK(lossy.patches_used + 2 >= clean.patches_used);
   CHECK(lossy.fidelity.snr_db > clean.fidelity.snr_db - 1.5);
   CHECK(lossy.felt_step.swaps > 80);
@@ -215,7 +215,7 @@ TEST_CASE("With a deadband nothing fades over a link that loses and delays at ra
 TEST_CASE(
     "A tissue that is pressed to a third of its height and let go of is felt as it is, and never with more force than it has") {
   Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
-  // A tip as wide as two of its elements, in fewer than 30 mm of it.
+  // A tip as wide as two elements of the body, which measures less than 30 mm.
   const double finer = 0.0055 / 0.015;
   for (Vec3& x : scene.body.nodes) x *= finer;
   for (Element& e : scene.body.elements) e.rest_length_m *= finer, e.stiffness_n_m *= 0.3, e.damping_n_s_m *= 0.3;
@@ -233,7 +233,7 @@ TEST_CASE(
 
 TEST_CASE(
     "A grasp so stiff and braked that a tick takes neither its springs nor its dampers is far truer with hyper than with port") {
-  // Half the size of cube6, and as stiff and braked as bodies of 10 mm spacing may be: the tool goes further than to the next
+  // Half the size of cube6, with the stiffness and damping of bodies with 10 mm spacing: the tool moves further than to the next
   // node.
   Scene scene = cube6();
   for (Vec3& x : scene.body.nodes) x *= 0.5;
@@ -252,7 +252,7 @@ TEST_CASE(
     db[scheme == Scheme::hyper] = play(scene, motion, options).fidelity.snr_db;
   }
   CHECK(db[0] > 9);
-  CHECK(db[1] > db[0] + 25);  // -29 dB if dampers turned without bounds, 10 without the springs
+  CHECK(db[1] > db[0] + 25);  // -29 dB if dampers rotated without bounds, 10 without the springs
 }
 
 TEST_CASE("A hand that presses deep into a soft block feels it through a few of its springs") {
@@ -270,11 +270,11 @@ TEST_CASE("A patch knows where a hand gets that speeds up as it did, and what a 
     "tool": {"contact": "attach", "node": [3, 3, 5]}})",
                                  "block");
   const ReplayResult run = play(scene, examination(scene), replay_options_for(Scheme::hyper, 150));
-  CHECK(run.fidelity.snr_db > 36);  // 30.5 dB if hands were thought to keep their velocity
+  CHECK(run.fidelity.snr_db > 36);  // 30.5 dB if hands were assumed to keep their velocity
 }
 
 TEST_CASE("A contact that rolls back over the edge of a block stays on the surface that its patch brought") {
-  // Of tetrahedra: hexahedra, as soft as what they stand for, give way below its tip there (decision 64).
+  // Tetrahedra, as hexahedra have the softness of the material and give way below the tip there (decision 64).
   std::string block = drawn_scene(5, true).json;
   block.replace(block.find("\"law\""), 5, "\"element\": \"tetrahedron\", \"law\"");
   const Scene scene = read_scene(block, "a block 38 mm wide");
@@ -288,13 +288,13 @@ TEST_CASE("A body that costs too much to be followed to where its patch ends is 
   const Scene scene = load_scene(kReplaySource + "/scenes/organ-solid.json");
   const ReplayResult run = play(scene, cut(examination(scene), 4.0, 4.76), replay_options_for(Scheme::hyper, 150));
   INFO(run.fidelity.snr_db << " dB");
-  CHECK(run.fidelity.snr_db > 40);  // 36.7 dB, in what is felt as it swings back, if it was
+  CHECK(run.fidelity.snr_db > 40);  // 36.7 dB if it were, from the swing back
 }
 
 TEST_CASE("A patch that lasts long knows where a hand gets that turns aside") {
   const Scene scene = load_scene(kReplaySource + "/scenes/touch-stiff.json");
   const ReplayResult run = play(scene, cut(examination(scene), 0, 2), replay_options_for(Scheme::hyper, 300));
-  CHECK(run.fidelity.snr_db > 38);  // 23 dB if hands were thought to keep their velocity
+  CHECK(run.fidelity.snr_db > 38);  // 23 dB if hands were assumed to keep their velocity
 }
 
 TEST_CASE("A linear patch of an organ has the modes that count until the next one, and not the first that are found") {

@@ -1,4 +1,4 @@
-// A session out of a recording, and the figures of it.
+// A session read from a recording, and its metrics.
 #include "bench/measure/session.hpp"
 
 #include <catch2/catch.hpp>
@@ -29,7 +29,7 @@ std::vector<double> speeds_of(double length_s, Position x) {
 }  // namespace
 
 TEST_CASE("the spectral arc length is that of its authors' own program", "[session]") {
-  // numpy, with sparc() as published: a stroke, two that overlap, a slow one with tremor.
+  // numpy, with sparc() as published: a stroke, two overlapping strokes, a slow one with tremor.
   CHECK(spectral_arc_length(speeds_of(1, [](double t) { return stroke(t); }), 100) == Approx(-1.40584585));
   CHECK(spectral_arc_length(speeds_of(3, [](double t) { return stroke(t) + stroke(t - 1.7); }), 100) == Approx(-3.42955505));
   const auto tremor = [](double t) { return stroke(t / 3) + 0.003 * std::sin(2 * std::numbers::pi * 8 * t); };
@@ -48,7 +48,7 @@ TEST_CASE("contact, force and path are what a pencil makes of them", "[session]"
   SessionHand hand{"hand", {}, {}};
   for (int i = 0; i <= 1000; ++i) hand.path.push_back({i * 1e-3, Vec3(0.1 * i * 1e-3, 0, 0)});
   hand.forces = {{0, Vec3::Zero(), false},   {0.1, Vec3(0, 0, 1), true}, {0.3, Vec3(0, 3, 0), true}, {0.4, Vec3::Zero(), false},
-                 {0.5, Vec3(0, 0, 2), true}, {1.0, Vec3::Zero(), false}};  // 0.5 s without news count as 0.25 s
+                 {0.5, Vec3(0, 0, 2), true}, {1.0, Vec3::Zero(), false}};  // 0.5 s without data count as 0.25 s
   const SessionMetrics m = session_metrics(hand, 1.5);
   CHECK(m.duration_s == Approx(1));
   CHECK(m.path_m == Approx(0.1));
@@ -120,7 +120,7 @@ TEST_CASE("a part of a session has what lies in it, and says when a hand was the
   CHECK(there[501] == 0);
 
   const Session part = cut(session, 1.2, 1.9005);
-  REQUIRE(part.hands.size() == 1);  // the other was not there
+  REQUIRE(part.hands.size() == 1);  // the other hand was not present
   CHECK(part.hands[0].path.front().t_s == Approx(1.5));
   CHECK(part.hands[0].path.back().t_s == Approx(1.9));
   REQUIRE(part.hands[0].forces.size() == 1);

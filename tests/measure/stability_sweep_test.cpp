@@ -1,4 +1,4 @@
-// A part of the stability sweep, and the scenes and points that it is made of.
+// A part of the stability sweep, with its scenes and points.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -47,7 +47,7 @@ TEST_CASE("A released device comes to rest with port over round trips up to 400 
 TEST_CASE("Points drawn from the sweep are stable with port and with hyper") {
   StabilityPlan plan{{Scheme::port, Scheme::hyper}, 100, true, 7};
   std::vector<StabilityPoint> points = stability_points(plan);
-  // The scattered ones of a look, whose seeds go on from the plan's.
+  // The scattered points of a quick sweep, whose seeds continue from the plan's.
   std::erase_if(points, [&](const StabilityPoint& p) { return p.seed == plan.seed; });
   REQUIRE(points.size() >= 12);
   for (const StabilityPoint& p : points) {
@@ -89,7 +89,7 @@ TEST_CASE("A force that is cut because no patch came, or none yet, is a blow to 
   const auto felt = [&](const ClosedLoopResult& loop, std::size_t k) { return loop.ticks[k].force.norm(); };
   for (std::size_t k = 0; k < result.loop.ticks.size(); ++k)
     if (result.loop.ticks[k].gain == 0) CHECK(felt(result.reference, k) == 0);
-  // A scheme that shakes on its own is not excused by it.
+  // A scheme that shakes by itself is not excused by it.
   p.scheme = Scheme::hold;
   p.gesture = Gesture::release;
   CHECK(measure(p).verdict.fault != LoopFault::none);

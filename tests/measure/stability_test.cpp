@@ -1,4 +1,4 @@
-// The verdict on motions whose course is known.
+// The verdict on motions of known course.
 #include "bench/measure/stability.hpp"
 
 #include <catch2/catch.hpp>
@@ -9,9 +9,9 @@ using namespace palpate;
 
 namespace {
 
-constexpr double kOmega = 2 * M_PI / kWindowS * 2;  // two swings a window
+constexpr double kOmega = 2 * M_PI / kWindowS * 2;  // two oscillations per window
 
-/// A swing of 75 g along x whose amplitude [m] is a function of time; slow in the swing's own time.
+/// An oscillation of 75 g along x whose amplitude [m] is a slow function of time.
 StabilityVerdict swing(const std::function<double(double)>& amplitude, double duration_s = 2.4, bool lost = false) {
   std::vector<Vec3> position;
   std::vector<double> kinetic_j;

@@ -1,4 +1,4 @@
-// Gestures made from a body's own surface: the tool meets the body, whatever its shape.
+// Gestures derived from a body's own surface: the tool meets the body, whatever its shape.
 #include "bench/measure/surface_gesture.hpp"
 
 #include <Eigen/Geometry>
@@ -33,7 +33,7 @@ Scene ring() {
     }
   body.fixed.assign(body.nodes.size(), 0);
   body.masses_kg.assign(body.nodes.size(), 0.001);
-  // Outward counter-clockwise, whichever way round they were made: the top's faces look up.
+  // Counter-clockwise seen from outside, however they were made: the top's faces point up.
   for (Triangle& t : body.triangles) {
     const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
     const Vec3 middle = (a + b + c) / 3, core = 0.045 * Vec3(middle.x(), middle.y(), 0).normalized() + Vec3(0, 0, 0.01);
@@ -65,7 +65,7 @@ TEST_CASE("A press meets a body that sags in gravity where it hangs", "[gesture]
                  "beam.json");
   const Dynamics dynamics(scene.body);
   const BodyState hangs = settled_state(dynamics, "hanging");
-  std::uint32_t top = 0;  // the middle of the upper side
+  std::uint32_t top = 0;  // middle of the upper side
   Eigen::AlignedBox3d box;
   for (const Vec3& x : scene.body.nodes) box.extend(x);
   const Vec3 middle(box.center().x(), box.center().y(), box.max().z());

@@ -1,4 +1,4 @@
-// A thin plate that is pressed through itself and left fast: model, server and player alike let the tool go.
+// A thin plate that is pressed through itself and left fast: model, server and player all release the tool.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// What `palpate-lab truth` is made of: its motion, and how far an error stays small.
+// Parts of `palpate-lab truth`: its motion, and the range over which an error stays small.
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -14,7 +14,7 @@ namespace {
 
 const std::string kScenes = std::string(PALPATE_SOURCE_DIR) + "/scenes/";
 
-/// How deep the tool is below where it began, in the direction in which it is pushed [mm].
+/// Depth of the tool below its start, in the pushing direction [mm].
 double depth_mm(const Scene& scene, const Motion& motion, double t_s) {
   return 1e3 * (motion.position(t_s) - motion.position(0.0)).dot(into_body(scene));
 }
@@ -37,7 +37,7 @@ TEST_CASE("The examination presses, strokes, taps and lets go: as deep in a gras
     taps += at > before && at >= after && at > 5;
   }
   CHECK(taps == 3);
-  CHECK(depth_mm(scene, motion, 4.6) < -3);  // it swings past where it began
+  CHECK(depth_mm(scene, motion, 4.6) < -3);  // it swings past its start
   for (Micros t{}; t < motion.duration(); t += Micros{1000})
     CHECK((motion.position(t + Micros{1000}) - motion.position(t)).norm() < 0.5e-3);
 }

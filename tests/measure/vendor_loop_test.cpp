@@ -1,5 +1,5 @@
-// The whole loop, server, link, client, adapter, in virtual time, felt through a vendor's calls: the force at the device against
-// that of the simulated Phantom, which the stand-in has inside.
+// The whole loop of server, link, client and adapter in virtual time, felt through a vendor's calls: the force at the device
+// against that of the simulated Phantom inside the stand-in.
 #include <catch2/catch.hpp>
 #include <functional>
 #include <memory>
@@ -18,10 +18,10 @@ const std::string kVendorSource = PALPATE_SOURCE_DIR;
 constexpr double kQuantumN = 0.07;
 constexpr int kPressMs = 1500;
 
-/// A stand-in and its adapter, whose milliseconds pass with those of the world.
+/// A stand-in and its adapter, whose milliseconds advance with those of the world.
 class LockstepDevice final : public MotionDevice {
  public:
-  /// `first` becomes the tick of the stand-in's log with which the motion begins.
+  /// `first` receives the tick of the stand-in's log at which the motion begins.
   LockstepDevice(Standin& standin, std::unique_ptr<Device> adapter, std::function<void()> turn,
                  std::shared_ptr<std::size_t> first)
       : standin_(standin), adapter_(std::move(adapter)), turn_(std::move(turn)), first_(std::move(first)) {
@@ -49,7 +49,7 @@ class LockstepDevice final : public MotionDevice {
   bool moves_ = false;
 };
 
-/// The simulated Phantom itself, whose force is written `late` ticks later.
+/// The simulated Phantom itself, with its force written `late` ticks later.
 class LatePhantom final : public MotionDevice {
  public:
   LatePhantom(const Motion& motion, const SimPhantomOptions& hand, int late, std::shared_ptr<std::vector<Vec3>> felt)
@@ -96,7 +96,7 @@ SimPhantomOptions pressing_hand() {
   return hand;
 }
 
-/// The world runs the device through a press of the cube.
+/// Runs the device through a press of the cube in the world.
 void feel_press(const Scene& scene, const Motion& press, std::unique_ptr<MotionDevice> device) {
   World world(scene, {});
   ClientOptions client;
@@ -112,7 +112,7 @@ void feel_press(const Scene& scene, const Motion& press, std::unique_ptr<MotionD
   world.run_until(begin + Micros{1'000 * kPressMs});
 }
 
-/// What the hand felt of the simulated Phantom alone, tick by tick from the beginning of the press.
+/// Forces of the simulated Phantom alone, tick by tick from the beginning of the press.
 std::vector<Vec3> felt_by_sim(const Scene& scene, int late) {
   const auto felt = std::make_shared<std::vector<Vec3>>();
   feel_press(scene, press_cube(scene), std::make_unique<LatePhantom>(press_cube(scene), pressing_hand(), late, felt));
@@ -134,7 +134,7 @@ std::vector<Vec3> felt_through(Standin& standin, const Scene& scene, MakeAdapter
   return felt;
 }
 
-/// Largest difference along an axis, `shift` ticks of `b` later.
+/// Largest difference along an axis, with `b` shifted by `shift` ticks.
 double apart(const std::vector<Vec3>& a, const std::vector<Vec3>& b, std::size_t shift) {
   double most = 0;
   for (std::size_t i = 0; i < a.size() && i + shift < b.size(); ++i)

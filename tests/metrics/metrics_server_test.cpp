@@ -1,4 +1,4 @@
-// The pages over HTTP, read while the server goes on.
+// The pages over HTTP, read while the server runs.
 #include "server/metrics/io/metrics_server.hpp"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ std::string get(const std::string& address, const std::string& path, const std::
   return answer;
 }
 
-/// Whose rooms have all joined `n` stations: so that an answer made of two states would show.
+/// State in which all rooms have `n` joined stations, so that an answer mixed from two states would show.
 ServerState state_with(std::uint64_t n) {
   ServerState state;
   state.at = monotonic_now();
@@ -70,7 +70,7 @@ TEST_CASE("connections that say nothing keep no health check waiting") {
     silent.back().non_blocking(true);
   }
   CHECK(get(server.address(), "/healthz").starts_with("HTTP/1.1 200 OK\r\n"));
-  // Before the first of them was told to go.
+  // Before the first of them was closed.
   CHECK(std::all_of(silent.begin(), silent.end(), [](asio::ip::tcp::socket& socket) {
     char one = 0;
     asio::error_code fault;

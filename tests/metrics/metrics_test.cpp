@@ -1,4 +1,4 @@
-// What Prometheus is told of a state, and when a server counts as well and as ready.
+// Metrics of a state, and the conditions for a server to be well and ready.
 #include "server/metrics/metrics.hpp"
 
 #include <prometheus/text_serializer.h>

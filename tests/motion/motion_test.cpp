@@ -135,7 +135,7 @@ TEST_CASE("Every recorded motion of scenes/motions is a motion", "[motion]") {
     const auto points = m.points();
     for (std::size_t i = 1; i < points.size(); ++i)
       speed_max = std::max(speed_max, (points[i].position - points[i - 1].position).norm() / (points[i].t_s - points[i - 1].t_s));
-    CHECK(speed_max < 0.6);  // a hand that works, not one that strikes
+    CHECK(speed_max < 0.6);  // speed of a working hand, not a striking one
     ++files;
   }
   CHECK(files >= 7);
@@ -191,7 +191,7 @@ TEST_CASE("Holds that are written are read back", "[motion]") {
   const Motion back = palpate::read_motion(file);
   std::filesystem::remove(file);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    CHECK((back.holds().orientations[i].coeffs() - m.holds().orientations[i].coeffs()).norm() < 1e-15);  // made of unit length
+    CHECK((back.holds().orientations[i].coeffs() - m.holds().orientations[i].coeffs()).norm() < 1e-15);  // normalised
     CHECK(back.holds().buttons[i] == holds.buttons[i]);
   }
 }

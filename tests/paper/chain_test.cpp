@@ -50,7 +50,7 @@ TEST_CASE("A chain of any length agrees with its continued fraction and its mode
 }
 
 TEST_CASE("The continued fraction and eq. 6 are one function", "[chain]") {
-  // Four masses whose last is held far away by nothing would differ; three by both forms must not.
+  // Both forms must agree for three masses; for four masses they would differ.
   ChainParameters p;
   for (double hz = 0.1; hz < 1e4; hz *= 1.3) {
     const Complex s(0, 6.28 * hz), z = p.element(s), m = p.mass_kg * s * s;

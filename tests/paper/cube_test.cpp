@@ -1,4 +1,4 @@
-// The solids of sections 6 and 7 against the scene files that they stand for, and against what their names say.
+// The solids of sections 6 and 7 against the corresponding scene files, and against their names.
 #include "bench/paper/cube.hpp"
 
 #include <Eigen/Geometry>

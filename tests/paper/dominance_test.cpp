@@ -1,4 +1,4 @@
-// The off-line check of locality: what it must tell apart, and what must hold of any body.
+// The off-line check of locality: bodies that it must distinguish, and properties of any body.
 #include "bench/paper/dominance.hpp"
 
 #include <catch2/catch.hpp>
@@ -49,10 +49,10 @@ TEST_CASE("A solid is examined like a body of springs") {
   CHECK(d.layers.back().within == Approx(1));
   CHECK(d.layers.back().slow_within == Approx(1));
   CHECK(d.layers.back().even_within == Approx(1));
-  CHECK(d.layers[2].slow_within > d.layers[2].even_within);  // a push deforms what is near more than what is far
+  CHECK(d.layers[2].slow_within > d.layers[2].even_within);  // a push deforms near parts more than far ones
   CHECK(d.distance_50_m > 0);
   CHECK(d.rings.back().states == d.states_full);
-  CHECK(d.rings.back().dc < 1e-6);  // a ring of all layers is the body
+  CHECK(d.rings.back().dc < 1e-6);  // a ring of all layers equals the body
 }
 
 TEST_CASE("A ring of all layers is the body itself") {

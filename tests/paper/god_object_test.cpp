@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kClose = 10 * GodObject::kClearanceM;
 
-/// A box seen from inside: its triangles turned round.
+/// A box seen from inside: its triangles are reversed.
 RigidBody room(const Vec3& low, const Vec3& high) {
   RigidBody body = box(low, high);
   std::vector<Triangle> turned;

@@ -1,4 +1,4 @@
-// Where reduced states live and how stress decays, against states made by hand and the laws of elasticity.
+// Location of reduced states and decay of stress, against hand-made states and the laws of elasticity.
 #include "bench/paper/locality.hpp"
 
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// A state in which one coordinate alone is displaced and another alone moves.
+/// A state in which a single coordinate is displaced and another one moves.
 Matrix one_state(const SecondOrderSystem& system, Eigen::Index displaced, Eigen::Index moving, double speed) {
   Matrix d = Matrix::Zero(2 * system.size(), 1);
   d(displaced, 0) = 1;

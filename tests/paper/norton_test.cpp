@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kTickS = 1e-3;
 
-/// Smooth, both axes, small against an element.
+/// A smooth motion along both axes, small compared with an element.
 PortMotion wave(Eigen::Index ports, std::size_t ticks) {
   PortMotion m;
   Vector before = Vector::Zero(ports);

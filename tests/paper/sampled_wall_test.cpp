@@ -48,7 +48,7 @@ TEST_CASE("the simulated boundary of stability is that of the eigenvalues", "[pa
     const double by_eigenvalues = stiffest(wall(0.075, 0.5, 0, b), 1e5, stable);
     CHECK(stiffest(wall(0.075, 0.5, 0, b), 1e5, [](const WallLoop& l) { return settles(l, 20000); }) ==
           Approx(by_eigenvalues).epsilon(1e-3));
-    // For a heavy device, whose motion in a period is small: b + B = K T / 2.
+    // For a heavy device, whose motion within a period is small: b + B = K T / 2.
     CHECK(stiffest(wall(50, 0.5, 0, b), 1e5, stable) == Approx(2 * (0.5 + b) / 1e-3).epsilon(1e-3));
   }
 }

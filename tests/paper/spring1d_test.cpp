@@ -87,14 +87,14 @@ TEST_CASE("in and out of contact held forces come late and outstay, filtered one
   CHECK(run.touches == 19);
   const SpringFigures hold = of(run, SpringScheme::hold), filtered = of(run, SpringScheme::filtered),
                       tangent = of(run, SpringScheme::tangent), surface = of(run, SpringScheme::surface);
-  // Touches fall anywhere in a frame.
+  // Touches begin anywhere in a frame.
   CHECK(hold.onset_ms_mean == Approx(50).margin(5));
   CHECK(hold.onset_ms_max <= 100);
   CHECK(filtered.onset_ms_mean > hold.onset_ms_mean);
   CHECK(filtered.ghost_ms_max >= hold.ghost_ms_max);
   CHECK(filtered.snr_unshifted_db < hold.snr_unshifted_db);
   CHECK(filtered.fast_kept < hold.fast_kept);
-  // The tangent pushes only while the tool is in, but waits for a frame to find that it is.
+  // The tangent pushes only while the tool is inside, but learns of that from the next frame.
   CHECK(tangent.ghost_force_n == 0);
   CHECK(tangent.onset_ms_mean > 40);
   CHECK(surface.onset_ms_max <= 2);

@@ -1,4 +1,4 @@
-// What the tests of the player on linear patches and on patches with terms share.
+// Helpers shared by the player's tests on linear and nonlinear patches.
 #pragma once
 
 #include "tests/support/patches.hpp"
@@ -7,7 +7,7 @@ namespace palpate::test {
 
 inline constexpr Micros kStamp{5'000'000};
 
-/// A flat surface whose vertices move alike, without friction: its force is normal and its contact point may slide freely.
+/// A flat frictionless surface whose vertices move alike: its force is normal and its contact point may slide freely.
 inline Patch floor_patch(int r) {
   Patch p = touch_patch(r, 1, kStamp);
   p.friction = 0;
@@ -16,7 +16,7 @@ inline Patch floor_patch(int r) {
   return p;
 }
 
-/// A floor that a tool rests on and that yields along the normal alone, by `row` a unit of each mode [1/kg^1/2].
+/// A floor under a resting tool that yields only along the normal, by `row` per unit of each mode [1/kg^1/2].
 inline Patch pressed_floor(const Eigen::RowVectorXd& row) {
   Patch p = floor_patch(static_cast<int>(row.size()));
   p.c_static.setZero();

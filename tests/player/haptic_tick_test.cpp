@@ -1,4 +1,4 @@
-// The haptic tick: hand-over without jumps, the coupling, and no number that is none.
+// The haptic tick: hand-over without jumps, the coupling, and no NaN.
 #include "client/core/haptic_tick.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -140,7 +140,8 @@ TEST_CASE("Through a virtual coupling the hand meets coupling and patch in serie
 
 namespace {
 
-/// A device of 75 g and 0.5 N s/m joined to a patch of 5000 N/m, let go 1 mm off: its largest excursion in the last of `seconds`.
+/// Largest excursion, in the last of `seconds`, of a device of 75 g and 0.5 N s/m joined to a patch of 5000 N/m and released 1 mm
+/// off.
 double excursion_m(const CouplingParameters& coupling, int seconds) {
   LatestSlot<PatchPlayer> slot;
   SampleRing ring;
@@ -174,9 +175,9 @@ TEST_CASE("A device with little damping oscillates on a stiff patch, and comes t
 }
 
 TEST_CASE("Energy that a swap of patches injects is observed, and taken out again where the limiter is on") {
-  // In by 10 mm against 1 N; a swap makes it 2 N; out by 10 mm: the display gives back 10 mJ more than it was given.
+  // In by 10 mm against 1 N; a swap makes it 2 N; out by 10 mm: the display returns 10 mJ more than it received.
   constexpr double kDepthM = 0.010, kBeforeN = 1, kAfterN = 2;
-  constexpr int kTicks = 50;  // at 0.2 m/s the damper may take more than the 2 N
+  constexpr int kTicks = 50;  // at 0.2 m/s the damper may remove more than the 2 N
   const double injected_j = (kAfterN - kBeforeN) * kDepthM;
   const auto given = [&](PassivityMode mode, GuardCounts& counts) {
     Hand hand(mode);
@@ -185,7 +186,7 @@ TEST_CASE("Energy that a swap of patches injects is observed, and taken out agai
     double work_j = 0, z = 0;
     Vec3 force = hand.tick().force;
     const auto move = [&](double to) {
-      work_j += force.z() * (to - z);  // held over the tick, as a device does
+      work_j += force.z() * (to - z);  // held over the tick, as by a device
       z = to;
       force = hand.tick(Vec3(0, 0, z)).force;
     };
@@ -205,7 +206,7 @@ TEST_CASE("Energy that a swap of patches injects is observed, and taken out agai
   CHECK(observed.dissipated_j == 0);
   const double left_j = given(PassivityMode::on, on);
   INFO("left " << left_j << " J, dissipated " << on.dissipated_j << " J");
-  CHECK(std::abs(left_j) < 1.2 * Passivity::kFullJ);  // the deficit that it takes to stop the display
+  CHECK(std::abs(left_j) < 1.2 * Passivity::kFullJ);  // the deficit needed to stop the display
   CHECK(on.dissipated_j == Approx(injected_j - left_j).epsilon(0.01));
   CHECK(on.damped > 20);
   CHECK(on.damper_rms_n() > 0.5 * (kAfterN - kBeforeN));
@@ -217,7 +218,7 @@ TEST_CASE("What a patch shows a hand of stiffness is that of its port, and a dev
   CHECK(stiffness_of_port(grasp) == Approx(eigen.eigenvalues().maxCoeff()));
   CHECK(stiffness_of_port(constant(Vec3(1, 0, 0), 1, kEpoch)) == 0);
 
-  // Of a touch: what a slow push along the normal is answered with.
+  // For a touch: the response to a slow push along the normal.
   Patch touch = test::touch_patch(6, 1, kEpoch);
   touch.coupling_n_m = 500;
   PatchPlayer player(touch);
@@ -242,7 +243,7 @@ TEST_CASE("What a patch shows a hand of stiffness is that of its port, and a dev
   CHECK(stiff.ticks(100, Vec3(0.01, 0, 0)).force.x() == Approx(-1));
   CHECK(stiff.haptic.counts().softened == 1);
   CHECK(stiff.haptic.counts().softened_most == Approx(0.25));
-  // A softer one that gives the same force takes over without a step of what is shown.
+  // A softer patch with the same force takes over without a step of the displayed force.
   patch.k_port = 50 * Mat3::Identity();
   patch.seq = 2;
   patch.stamp = stiff.now();

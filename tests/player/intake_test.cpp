@@ -101,7 +101,7 @@ TEST_CASE("The history keeps the newest samples and finds them by time") {
 
 namespace {
 
-/// Nonlinear as by `order` of the pieces of its terms, -1 the patch itself; then the same motion on.
+/// Felt motion after the pieces of a nonlinear patch arrive in the given `order`, -1 being the patch itself.
 std::vector<Vec3> felt(Side& side, const Patch& patch, const std::vector<PatchTerms>& pieces, const std::vector<int>& order) {
   for (const int k : order) {
     if (k < 0)
@@ -189,7 +189,7 @@ void give(Side& side, const NonlinearPatch& nonlinear) {
 TEST_CASE("While its terms are on their way a patch waits when the one before, nonlinear, is the truer") {
   Side side;
   for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
-  // The same patch at the same stamp: what the terms bend is all the difference.
+  // The same patch at the same stamp, so that the only difference is that of the terms.
   for (std::uint32_t seq = 1; seq <= 3; ++seq) give(side, NonlinearPatch(seq, 100, 1));
   CHECK(side.intake.counts().held_back == 2);
   CHECK(side.intake.counts().nonlinear == 3);
@@ -197,7 +197,7 @@ TEST_CASE("While its terms are on their way a patch waits when the one before, n
   const NonlinearPatch next(4, 100, 1);
   CHECK(side.intake.accept(next.patch, kNow));
   CHECK(side.slot->take() == nullptr);
-  // One of another scheme is the server's answer to what has no terms: they will not come.
+  // A patch of another scheme is the server's answer to a case without terms, so none will come.
   CHECK(side.intake.accept(test::attach_patch(11, 5, next.patch.stamp), kNow));
   REQUIRE(side.slot->take() != nullptr);
   CHECK(side.intake.accept(NonlinearPatch(6, 100, 1).patch, kNow));
@@ -246,7 +246,7 @@ TEST_CASE("A patch does not wait for terms that bend it less than the one before
 TEST_CASE("While this clock stood still numbers went on, for three seconds at most, and no further than that") {
   constexpr double kRateHz = 50;
   constexpr Micros kSlept{600'000}, kWoken{20'000}, kForever{60'000'000};
-  // Of 600 ms 30 patches, of 3 s 150; both with a quarter more and eight.
+  // 600 ms give 30 patches, 3 s give 150; both plus a quarter and eight.
   struct Case {
     Micros stood;
     std::uint32_t lead;

@@ -1,4 +1,4 @@
-// The patch player with terms beyond the tangent, against fine integrations and balances of energy.
+// The patch player with nonlinear terms, against fine integrations and energy balances.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kTickS = 1e-3;
 
-/// A tick of q'' = acceleration(part, q, q'), `part` of it from 0 to 1, in `count` steps of Runge and Kutta, fourth order.
+/// A tick of q'' = acceleration(part, q, q'), with `part` from 0 to 1, in `count` steps of fourth-order Runge-Kutta.
 template <typename Acceleration>
 void fine_tick(const Acceleration& acceleration, int count, ModeVector& q, ModeVector& v) {
   const double step = 1.0 / count, h = kTickS * step;
@@ -32,11 +32,11 @@ void fine_tick(const Acceleration& acceleration, int count, ModeVector& q, ModeV
 }
 
 struct GraspErrors {
-  double nonlinear_n = 0, linear_n = 0;  // of the player with terms, and without
-  double viscous = 0;                    // at most, what dampers push the modes for having turned, of what the patch's own do
+  double nonlinear_n = 0, linear_n = 0;  // errors of the player with terms, and without
+  double viscous = 0;  // largest ratio of the push of dampers due to their rotation to that of the patch's own dampers
 };
 
-/// Against a fine integration of patch, elastic terms and the dampers of tetrahedra, of a hand that comes and goes.
+/// Errors against a fine integration of patch, elastic terms and the dampers of tetrahedra, for a hand that comes and goes.
 GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
   constexpr int kFine = 200;
   const auto r = patch.modes();
@@ -79,12 +79,12 @@ GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
 }
 
 struct TouchErrors {
-  double nonlinear_n = 0, linear_n = 0, most_n = 0;  // of the player with terms, and without; the force itself
-  double viscous = 0;                                // as of a grasp
+  double nonlinear_n = 0, linear_n = 0, most_n = 0;  // errors of the player with terms, and without; the force itself
+  double viscous = 0;                                // as for a grasp
 };
 
-/// Against a fine integration, in `fine` steps a tick, of patch, contact, elastic terms and the dampers of tetrahedra, of a hand
-/// that taps; q'' + D q' + K q = f(q, q') - R^T lambda, lambda = k_c (R q - h) where R q > h.
+/// Errors against a fine integration, in `fine` steps per tick, of patch, contact, elastic terms and the dampers of tetrahedra,
+/// for a tapping hand; q'' + D q' + K q = f(q, q') - R^T lambda, lambda = k_c (R q - h) where R q > h.
 TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fine) {
   const auto r = patch.modes();
   const Eigen::RowVectorXd row = patch.surface.vertices[0].rows.row(2);
@@ -122,7 +122,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
   return found;
 }
 
-/// That a tool presses along its normal alone, every vertex alike, its rows times `part`.
+/// A patch on which a tool presses along its normal alone, every vertex alike, its rows times `part`.
 Patch pressed_patch(int r, double part) { return pressed_floor(part * floor_patch(r).surface.vertices[0].rows.row(2)); }
 
 }  // namespace
@@ -181,7 +181,7 @@ TEST_CASE("Surface that came with the terms is felt as if it had come with the p
 
 TEST_CASE("Dampers that turn with their elements are not felt by a bent body at rest") {
   Patch patch = GENERATE(true, false) ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
-  patch.friction = 10;  // a tool that slid would keep a trace of its way
+  patch.friction = 10;  // a tool that slid would keep a trace of its path
   NonlinearTerms damped = test::slack_spring_terms(patch), bare = damped;
   damped.springs.damping *= 10;
   bare.springs.damping.setZero();
@@ -219,7 +219,7 @@ TEST_CASE("Dampers that turn never push more than those of the patch brake, howe
       CHECK(power <= 1.0001 * double{kDamperShareMax} * braked);
       pushed += power > 0.25 * braked;
     }
-  CHECK(pushed > 10);  // or nothing was tried
+  CHECK(pushed > 10);  // otherwise nothing was tested
 }
 
 TEST_CASE("A nonlinear grasp whose modes are braked away within a tick feels what a fine integration of it does") {
@@ -236,7 +236,7 @@ TEST_CASE("A nonlinear grasp whose modes are braked away within a tick feels wha
 }
 
 TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine integration has it") {
-  // A mode goes round the end of a spring that hardly yields, and where that takes it is held by a soft one.
+  // A mode rotates about the end of a nearly rigid spring, and in the resulting direction it is held by a soft one.
   constexpr double kStiff = 6.4e7, kSoft = 1e6, kLong = 0.02, kFar = 0.01 / 0.006;
   Patch patch = test::attach_patch(2, 1, kStamp);
   patch.stiffness << kStiff + kSoft, kSoft;
@@ -265,7 +265,7 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
 }
 
 TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is felt as a fine integration has it") {
-  // One edge of a tetrahedron grows with the mode: its damper with the square of the stretch, to nine times.
+  // One edge of a tetrahedron grows with the mode: its damper grows with the square of the stretch, to nine times.
   constexpr double kStiffness = 1e5, kSizeM = 0.02, kStretch = 2 / 0.006, kOfTetra = 0.1;
   const double damping = GENERATE(60.0, 300.0, 2000.0);
   Patch patch = test::attach_patch(1, 1, kStamp);
@@ -306,7 +306,7 @@ TEST_CASE("A grasped solid whose dampers turn in all its modes at once is felt a
 }
 
 TEST_CASE("A touched solid whose dampers turn, far faster than a step, is felt as a fine integration has it") {
-  const double damping = GENERATE(2e4, 5e4);  // a mode is braked away in a tenth of a step
+  const double damping = GENERATE(2e4, 5e4);  // a mode decays within a tenth of a step
   Patch p = pressed_patch(8, 0.2);
   p.stiffness *= damping / (0.005 * p.stiffness.mean());
   p.coupling_n_m = p.stiffness.mean();
@@ -347,7 +347,7 @@ TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they
 TEST_CASE("What swings in a nonlinear patch that nothing brakes neither grows nor fades in a minute") {
   Patch patch = test::touch_patch(8, 1, kStamp);
   patch.damping.setZero();
-  patch.stiffness *= 30;  // up to 0.5 a tick
+  patch.stiffness *= 30;  // up to 0.5 per tick
   const double fastest = std::sqrt(patch.stiffness.maxCoeff()) * 1e-3;
   REQUIRE(fastest > 0.3);
   for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 0.03 : -0.02);
@@ -392,7 +392,7 @@ TEST_CASE("What PSD projection took is given back only where patch and springs h
   const Patch patch = test::touch_patch(8, 1, kStamp);
   NonlinearTerms terms = test::slack_spring_terms(patch);
   const NonlinearForce::Variables u = NonlinearForce::Variables::Constant(8, 0.002);
-  const auto energy = [&](double share) {  // of all stiffness that the patch has along its first mode
+  const auto energy = [&](double share) {  // share of the patch's whole stiffness along its first mode
     terms.e2.setZero(pairs_of(8));
     terms.e2[pair_at(0, 0)] = static_cast<float>(-0.5 * share * patch.stiffness[0]);
     NonlinearForce force(terms, patch);

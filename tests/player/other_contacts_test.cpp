@@ -12,7 +12,7 @@ using test::floor_patch, test::kStamp;
 
 namespace {
 
-/// A frictionless floor of soft modes under the tool and an other one, which moves it elsewhere.
+/// A frictionless floor of soft modes under the tool and another one, which moves it elsewhere.
 Patch shared_floor(int r) {
   Patch p = floor_patch(r);
   p.c_static.setZero();
@@ -25,14 +25,14 @@ Patch shared_floor(int r) {
   return p;
 }
 
-/// How deep along the normal a tool is in a point that the modes move by `row` [m], and what it pushes with.
+/// Force of a tool at this height along the normal over a point of the modes [N].
 double push_n(double height_m, double coupling_n_m) { return std::max(0.0, -coupling_n_m * height_m); }
 
-/// The patch's own equations with both contacts, normals along z, by classical Runge and Kutta.
+/// The patch's own equations with both contacts, normals along z, by classical Runge-Kutta.
 class FineSteps {
  public:
   explicit FineSteps(const Patch& p) : p_(p), q_(ModeVector::Zero(p.modes())), v_(p.q_rate) {}
-  /// Over a tick in which the tool goes from one height to the next; what it is pushed by at its end.
+  /// Advances one tick in which the tool moves from one height to the next; returns the force on it at the end.
   double tick(double from, double to) {
     constexpr int kSteps = 100;
     const double h = 1e-3 / kSteps;
@@ -158,7 +158,7 @@ TEST_CASE("Beside a tool that stays where it is a tool gets no energy out of any
     }
     if (trial == 3) p.damping.setZero();
     PatchPlayer player(p);
-    // What is in the modes and in the springs of the others before.
+    // Energy in the modes and in the springs of the others beforehand.
     const auto stored = [&] {
       double sum = player.energy();
       for (const OtherTool& other : p.others.tools()) {

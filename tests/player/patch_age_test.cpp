@@ -1,4 +1,4 @@
-// The haptic tick with patches that become old, leave their trust radius, or stop coming: they fade, and no jump is felt.
+// The haptic tick with patches that become old, leave their trust radius, or stop coming: they fade without a jump.
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// The patch player against dense exponentials, energy balances and the contact law's own statements.
+// The patch player against dense exponentials, energy balances and the definition of the contact law.
 #include "common/player/player.hpp"
 
 #include <catch2/catch.hpp>
@@ -182,7 +182,7 @@ TEST_CASE("Several ticks at once are the tool moving linearly through them") {
   at_once.advance({kStamp + 7 * kTick, end});
   CHECK((at_once.output().force - one_by_one.output().force).norm() < 1e-9);
   CHECK(at_once.energy() == Approx(one_by_one.energy()));
-  // Less than half a tick is nothing.
+  // Less than half a tick has no effect.
   const Vec3 before = at_once.output().force;
   CHECK(at_once.advance({kStamp + 7 * kTick + Micros{499}, Vec3::Zero()}).force == before);
 }
@@ -241,8 +241,8 @@ TEST_CASE("A tool beside the local surface does not touch it") {
 }
 
 TEST_CASE("A push that grows is felt as it is at the end of the tick, whether contact is soft or stiff") {
-  // One mode under a tool that goes down ever faster: m q'' + d q' + (k + k_c) q = k_c h, by the dense exponential of (q, q', h,
-  // h', h''). What is left is of second order in the tick.
+  // One mode under a tool that descends ever faster: m q'' + d q' + (k + k_c) q = k_c h, by the dense exponential of (q, q', h,
+  // h', h''). The remaining error is of second order in the tick.
   Patch p = pressed_floor(Eigen::RowVectorXd::Constant(1, 3));
   p.coupling_n_m = GENERATE(200, 1000, 5000);
   p.damping(0, 0) = 200;
@@ -268,7 +268,7 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
 TEST_CASE("A body that leans on a contact stiffer than a step moves it comes to rest there, without a swing from step to step") {
   Patch p = pressed_floor(Eigen::RowVectorXd::Constant(1, 3));
   p.g[0] = 30;           // 10 N
-  p.coupling_n_m = 1e6;  // moves the mode by 4.5 times what it gives in itself
+  p.coupling_n_m = 1e6;  // moves the mode by 4.5 times its own compliance
   PatchPlayer player(p);
   for (int ms = 1; ms <= 60; ++ms) {
     const double force_n = player.advance({kStamp + ms * kTick, Vec3::Zero()}).force.z();
@@ -288,11 +288,12 @@ TEST_CASE("A resting push is the compliance of the modes in series with the cont
   CHECK(player.output().force.z() == Approx(depth / (compliance(2, 2) + 1 / p.coupling_n_m)).epsilon(1e-4));
 }
 
-// With f = -lambda at the end of tick n, m_n = (1 - s) lambda_n + s lambda_n-1 its mean and h the tool, sum_n m_n . (h_n - h_n-1)
-// is what the tool puts in. h = p + lambda / k_c in contact, so that it is the work on the modes (exact, the mean being constant
-// inside a tick), which is their energy and what D took, plus sum m_n . (lambda_n - lambda_n-1) / k_c >= (lambda_end^2 -
-// lambda_begin^2) / (2 k_c), plus, at an onset from outside, a push through a gap, which is positive too. In the tick in which
-// contact ends the force goes as far as the surface does. From rest and no contact back to no contact it cannot be negative.
+// With f = -lambda at the end of tick n, its mean m_n = (1 - s) lambda_n + s lambda_n-1 and the tool h, the energy that the tool
+// puts in is sum_n m_n . (h_n - h_n-1). In contact h = p + lambda / k_c, so this is the work on the modes (exact, as the mean is
+// constant inside a tick), which is their energy and the dissipation of D, plus sum m_n . (lambda_n - lambda_n-1) / k_c >=
+// (lambda_end^2 - lambda_begin^2) / (2 k_c), plus, at an onset from outside, a push through a gap, which is positive too. In the
+// tick in which contact ends the force lasts as long as the surface. From rest without contact back to no contact it cannot be
+// negative.
 TEST_CASE("Over any cycle from no contact to no contact, without friction, a tool puts energy in and gets none out") {
   Random random(4);
   for (int trial = 0; trial < 20; ++trial) {
@@ -318,7 +319,7 @@ TEST_CASE("Over any cycle from no contact to no contact, without friction, a too
       surface = player.vertex(0);
       out_of_contact = !out.contact;
       if (out_of_contact) CHECK(work >= -1e-9 * through);
-      // What is in the modes came from the tool.
+      // The energy in the modes came from the tool.
       CHECK(player.energy() <= work + 1e-9 * through);
     }
     CHECK(through > 0);
@@ -384,7 +385,7 @@ TEST_CASE("A tool that slides without friction is pushed along the normal of whe
     const PlayerOutput out = player.advance({kStamp + ms * kTick, tool});
     if (ms < 60) continue;
     REQUIRE(out.contact);
-    // By the springs in series, the point that the force belongs to; it is on the surface, and the force along its normal.
+    // With the springs in series, the point that belongs to the force is on the surface, and the force along its normal.
     const Vec3 point = tool + (kC + 1 / p.coupling_n_m) * out.force;
     const NearestPoint nearest = nearest_point(surface.view(), x, point);
     CHECK(std::abs(nearest.height_m) < 2e-6);

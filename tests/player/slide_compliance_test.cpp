@@ -1,4 +1,4 @@
-// What a tool feels where it has slid to: closed forms of a patch whose modes know one place only.
+// Force on a tool after sliding: closed forms for a patch whose modes represent one place only.
 #include "common/player/slide_compliance.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -42,12 +42,12 @@ double least(const Mat3& symmetric) {
   return Eigen::SelfAdjointEigenSolver<Mat3>(0.5 * (symmetric + symmetric.transpose())).eigenvalues()[0];
 }
 
-/// A flat, slippery surface of which the modes move the three vertices at x < 0 alike and the others not at all.
+/// A flat frictionless surface whose modes move the three vertices at x < 0 alike and the others not at all.
 Patch known_on_one_side(int modes) {
   Patch patch = test::touch_patch(modes, 1, kSlideStamp);
   patch.friction = 0;
   patch.c_static = 1e-6 * Mat3::Identity();
-  PortRows rows = PortRows::Zero(3, modes);  // each along one axis
+  PortRows rows = PortRows::Zero(3, modes);  // each mode along one axis
   for (int mode = 0; mode < modes; ++mode) rows(mode % 3, mode) = 2;
   for (int i = 0; i < patch.surface.vertex_count; ++i) {
     PortVertex& vertex = patch.surface.vertices[static_cast<std::size_t>(i)];
@@ -66,15 +66,15 @@ TEST_CASE("Where the modes do not move the surface, it yields at once what it yi
   REQUIRE(least(0.75 * modes - SlideCompliance::kMissingShareMin * whole) > 0);
   const Vec3 corner(1, 0, 0), edge(0.5, 0.5, 0);
   const SlideCompliance slide(patch, at_stamp, corner);
-  // In the metric of C_0 what is missing is C_a = C_0 - c_static: all of it but theta, where c_static is small.
+  // In the metric of C_0 the missing part is C_a = C_0 - c_static: all of it except theta, where c_static is small.
   const Mat3 missing = slide.missing(PortRows::Zero(3, 8), corner);
   CHECK((missing - (modes - SlideCompliance::kMissingShareMin * whole)).norm() < 1e-5 * whole.norm());
   CHECK(slide.missing(at_stamp, corner).norm() == 0);
   CHECK(slide.missing(0.9 * at_stamp, corner).norm() == 0);
-  // By hand for a point at which the modes move half as far.
+  // Evaluated by hand for a point at which the modes move half as far.
   const Mat3 half = slide.missing(0.5 * at_stamp, corner);
   CHECK((half - (0.75 * modes - SlideCompliance::kMissingShareMin * whole)).norm() < 1e-5 * whole.norm());
-  // A push that two nodes share yields half as much, no more than what it yields at the stamp where that was shared.
+  // A push shared by two nodes yields half as much, but no more than at a stamp where it was shared.
   CHECK((slide.missing(PortRows::Zero(3, 8), edge) - 0.5 * missing).norm() < 1e-12 * whole.norm());
   const SlideCompliance shared(patch, at_stamp, edge);
   CHECK((shared.missing(PortRows::Zero(3, 8), corner) - missing).norm() < 1e-12 * whole.norm());
@@ -120,7 +120,7 @@ TEST_CASE("A body that is held everywhere yields nowhere") {
 TEST_CASE("A tool that has slid to where the modes do not follow rests on what the body yields there, with terms on c_static") {
   const Patch patch = known_on_one_side(8);
   NonlinearTerms terms = test::spring_terms(patch);
-  terms.springs.stiffness.setZero();  // they push nothing
+  terms.springs.stiffness.setZero();  // without force
   terms.springs.damping.setZero();
   const SlideCompliance slide(patch, patch.surface.vertices[0].rows, patch.point.weight);
   const Mat3 missing = slide.missing(PortRows::Zero(3, 8), patch.point.weight);
@@ -153,7 +153,7 @@ TEST_CASE("A tool that slides over a body known in one place gets out no more th
       work -= 0.5 * (force + now).dot(tool - last);
       last = tool;
       force = now;
-      // The ticks in which contact ends are worth some uJ; if it gave back what it has yielded, that would be worth 0.3 mJ.
+      // The ticks in which contact ends amount to some uJ; returning the energy of the yielded motion would amount to 0.3 mJ.
       if (now.isZero(0)) CHECK(work >= -3e-5);
     }
     CHECK(work > 1e-3);

@@ -1,4 +1,4 @@
-// A haptic tick with a clock and a slot of its own, and patches of one force.
+// A haptic tick with its own clock and slot, and patches of constant force.
 #pragma once
 
 #include <memory>

@@ -15,7 +15,7 @@ Vec3 random_vector(Random& random, double size) {
   const double x = random.uniform(-size, size), y = random.uniform(-size, size), z = random.uniform(-size, size);
   return {x, y, z};
 }
-/// Symmetric positive definite, anisotropic, of about 1 mm/N.
+/// Symmetric positive definite, anisotropic, about 1 mm/N.
 Mat3 random_compliance(Random& random) {
   Mat3 a;
   for (int c = 0; c < 3; ++c) a.col(c) = random_vector(random, 0.03);
@@ -64,7 +64,7 @@ TEST_CASE("A slipping force lies on the cone, closes the gap along the normal, a
     const Mat3 w = c + Mat3::Identity() / k;
     CHECK(std::abs(closure.slip.dot(n)) < 1e-12);
     CHECK((p + closure.slip + w * closure.lambda - tool).norm() < 1e-12);
-    // The friction pulls towards where the stick force would: the tool drags the point along.
+    // Friction pulls towards the direction of the stick force: the tool drags the point along.
     const Vec3 stick = w.inverse() * (tool - p);
     if (across.norm() > 1e-9) CHECK((stick + (-stick.dot(n)) * n).dot(across) > 0);
   }
@@ -98,7 +98,7 @@ TEST_CASE(
     REQUIRE(closure.touching);
     CHECK(closure.lambda.z() < 0);
     CHECK((closure.lambda - next.lambda).norm() < 0.05);
-    // Friction takes energy, it gives none: the tool drags the point the way that it moves over it.
+    // Friction dissipates energy: the tool drags the point in its direction of motion.
     if (closure.slipping) CHECK(closure.slip.dot(closure.lambda) >= -1e-15);
   }
 }

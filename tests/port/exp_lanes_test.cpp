@@ -1,4 +1,4 @@
-// Logarithm and exponential in lanes beside those of the standard library.
+// Logarithm and exponential in lanes against those of the standard library.
 #include "common/port/exp_lanes.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// What one tetrahedron pushes beyond its linear force, against its law in double precision.
+// Force of one tetrahedron beyond its linear force, against its law in double precision.
 #include "common/port/nonlinear_tetrahedron.hpp"
 
 #include <Eigen/Dense>
@@ -18,11 +18,11 @@ using Mat3d = Eigen::Matrix3d;
 constexpr double kMu = 3, kLambda = 7;
 const LawParameters kCorotational{SolidLaw::corotational, 0, {}, {}};
 
-/// By a singular value decomposition.
+/// Rotation of the polar decomposition, by a singular value decomposition.
 Mat3d rotation_next_to(const Mat3d& f) {
   const Eigen::JacobiSVD<Mat3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Mat3d u = svd.matrixU();
-  if (u.determinant() * svd.matrixV().determinant() < 0) u.col(2) *= -1;  // the least of the stretches is the negative one
+  if (u.determinant() * svd.matrixV().determinant() < 0) u.col(2) *= -1;  // the smallest stretch is the negative one
   return u * svd.matrixV().transpose();
 }
 
@@ -60,15 +60,15 @@ Mat3d as_matrix(const TetraLanes& q, std::size_t lane) {
   return m;
 }
 
-/// The stress at F + dF less that at F and its slope along dF, from differences.
+/// Stress at F + dF minus that at F and its slope along dF, by differences.
 Mat3d nonlinear_residual(const Mat3d& f, const Mat3d& df) {
   constexpr double h = 1e-5;
   const Mat3d slope = (corotational_stress(f + h * df) - corotational_stress(f - h * df)) / (2 * h);
   return corotational_stress(f + df) - corotational_stress(f) - slope;
 }
 
-/// As many tetrahedra at once as there are lanes, 50 times: stretched at the stamp, `next` what F of a lane is then; `right`
-/// hears by how much the stress is wrong, and its size.
+/// Pushes as many tetrahedra at once as there are lanes, 50 times: stretched at the stamp; `next` returns F of a lane afterwards;
+/// `right` is called with the error of the stress, and its size.
 void push(const std::function<Mat3d(Draw&, int lane, const Mat3d& f)>& next, const std::function<void(double, double)>& right) {
   Draw draw;
   for (int k = 0; k < 50; ++k) {
@@ -95,7 +95,7 @@ void push(const std::function<Mat3d(Draw&, int lane, const Mat3d& f)>& next, con
 }  // namespace
 
 TEST_CASE("a corotational tetrahedron pushes by its law however far it has turned since the stamp, and inside out") {
-  // Far from where two stretches add to nothing, where the rotation jumps; any turn, up to half a one.
+  // Far from where two stretches sum to zero, where the rotation jumps; any rotation, up to half a turn.
   push([](Draw& draw, int lane,
           const Mat3d&) { return lane % 2 ? draw.stretched(1.4, 0.9, -0.5) : draw.stretched(1.3, 0.8, 0.4); },
        [](double wrong, double size) { CHECK(wrong < 1e-5 * size); });
@@ -110,7 +110,7 @@ TEST_CASE(
         const Eigen::AngleAxisd turn(draw.part() * most_rad, draw.rotation().col(0));
         return Mat3d(turn * f + 0.3 * most_rad * draw.rotation());
       },
-      // What single precision leaves of the numbers that came.
+      // Rounding of the input numbers in single precision.
       [&](double wrong, double) { CHECK(wrong < 3e-6 * most_rad * (kMu + kLambda)); });
 }
 
@@ -131,8 +131,8 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
   TetraTurn turned;
   double worst = 0, longest = 0;
   for (int k = 1; k <= kTicks; ++k) {
-    // Round and round, some elements faster than one on a hurried hand, stretched on the way and half of them inside out; all
-    // jump once.
+    // Rotates further and further, some elements faster than one under a hurried hand, stretched on the way and half of them
+    // inside out; all jump once.
     const double t = kTickS * k + (k > kTicks / 2 ? 5 : 0);
     std::vector<Mat3d> df;
     for (std::size_t l = 0; l < kTetraLane; ++l) {
@@ -150,5 +150,5 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
     }
   }
   CHECK(worst < 2e-6);
-  CHECK(longest < 2e-6);  // of single precision
+  CHECK(longest < 2e-6);  // due to single precision
 }

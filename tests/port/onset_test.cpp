@@ -1,4 +1,4 @@
-// The begin of a touch: which side of a thin body a tool meets, whatever passes whom and however the body is folded.
+// Onset of a touch: the side of a thin body that a tool meets, whichever passes the other and however the body is folded.
 #include "common/port/onset.hpp"
 
 #include <Eigen/Geometry>
@@ -43,7 +43,7 @@ struct Plate {
     }
     surface = Surface(std::move(triangles), x.size() / 3);
   }
-  /// Puts the inner vertices of the upper or of the lower side to height z.
+  /// Moves the inner vertices of the upper or of the lower side to height z.
   void put(bool upper, double z) {
     constexpr int n = kPlateCells + 1;
     for (int j = 2; j + 2 < n; ++j)
@@ -89,12 +89,12 @@ TEST_CASE("A tool that leaves a body that is inside out goes out through the oth
   const Vec3 over = GENERATE(kOverVertex, kOverTriangle);
   plate.put(true, -0.020);
   Clearance clearance;
-  // From just above the upper side, which is the lower one here, to above them both.
+  // From just above the upper side, which is the lower one here, to above both.
   for (int step = 0; step <= 60; ++step) {
     CAPTURE(over.x(), step);
     CHECK_FALSE(plate.look(over + Vec3(0, 0, -0.0195 + 0.0005 * step), clearance).touches);
   }
-  // Nothing of this is left: the body has come back, and the tool comes down on it.
+  // No trace is left: the body has returned, and the tool comes down on it.
   plate.put(true, 0);
   const Onset onset = plate.look(over - Vec3(0, 0, 0.0001), clearance = {});
   CHECK(onset.touches);
@@ -139,7 +139,7 @@ TEST_CASE("Around edges and corners a tool touches where it is inside, and nowhe
   Clearance clearance;
   Vec3 tool(0.04, 0.04, 0.01);
   for (int step = 0; step < 20'000; ++step) {
-    // About the corner at (0.08, 0.08, 0), at speeds from none to 8 mm a step.
+    // Near the corner at (0.08, 0.08, 0), at speeds from zero to 8 mm per step.
     const double size = 0.005 * random.uniform(0, 1);
     const Vec3 way(random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size));
     tool = Vec3(0.08, 0.08, 0) + 0.98 * (tool + way - Vec3(0.08, 0.08, 0));

@@ -58,10 +58,10 @@ TEST_CASE("damping that feeds energy is refused, alone or through the port") {
 }
 
 TEST_CASE("the tolerance follows each motion's own scale") {
-  // a soft mode beside a stiff one: a negative damper of the soft mode is not excused by the size of the stiff one's
+  // A soft mode next to a stiff one: a negative damper of the soft mode is not excused by the size of the stiff one's.
   CHECK(after(grasp(), [](Patch& p) { p.damping << 1e-1, 0, 0, 1e5; }) == PatchFault::none);
   CHECK(after(grasp(), [](Patch& p) { p.damping << -1e-2, 0, 0, 1e3; }) == PatchFault::damping_indefinite);
-  CHECK(after(grasp(), [](Patch& p) { p.damping << 0, 1e-14, 1e-14, 1e3; }) == PatchFault::none);  // the sender's rounding noise
+  CHECK(after(grasp(), [](Patch& p) { p.damping << 0, 1e-14, 1e-14, 1e3; }) == PatchFault::none);  // rounding noise of the sender
   CHECK(after(grasp(), [](Patch& p) { p.damping.setZero(); }) == PatchFault::none);
 }
 

@@ -1,5 +1,5 @@
-// Springs of a body as the terms of a patch: forces that are the gradient of their energy, nothing at the stamp, and no more
-// stiffness than a tick stands.
+// Springs of a body as the terms of a patch: forces that are the gradient of their energy, zero at the stamp, and no stiffer than
+// a tick allows.
 #include "common/port/sampled_springs.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -48,7 +48,7 @@ struct Case {
   }
 };
 
-/// dE/du by the definition, in double precision and a spring at a time.
+/// dE/du by the definition, in double precision, one spring at a time.
 Eigen::VectorXd expected(const SampledSprings& s, const SampledForce::Values& u) {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(kVariables);
   for (int e = 0; e < s.count(); ++e) {
@@ -116,7 +116,7 @@ TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
   force.damping(rate, change, at_stamp);
   CHECK(change.norm() < 1e-5F * rate.norm());
   CHECK(at_stamp.norm() == 0);
-  // No slope either: twice as far is four times as much, at least.
+  // Zero slope as well: twice the displacement gives at least four times the force.
   const SampledForce::Values u = c.displacement(1e-4F);
   SampledForce::Values twice(kVariables);
   force.move_to(100 * u);
@@ -159,7 +159,7 @@ TEST_CASE("springs whose ends meet pull with finite forces") {
     Case c(k % 2 == 0 ? 30.0F : 0.0F);
     c.springs.motion = rounded(Eigen::MatrixXf::Identity(3 * kNodes, kModes), -1);
     c.springs.ends.row(0).setConstant(1);
-    c.springs.ends.row(1).setZero();  // that moves along each axis with one of the modes
+    c.springs.ends.row(1).setZero();  // moves along each axis with one of the modes
     c.springs.position.col(1) = c.springs.position.col(0) + 0.001F * static_cast<float>(k) * Eigen::Vector3f(1, 0.3F, 0.07F);
     SampledForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
@@ -193,7 +193,7 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
     CAPTURE(steepest, bare, slowed);
     CHECK(bare > 10 * kStable);
     CHECK(slowed < 1.001 * kStable);
-    CHECK(slowed > 0.1 * kStable);  // no more mass than that
+    CHECK(slowed > 0.1 * kStable);  // no excess mass
   }
   CHECK(Case(0, 40).compiled(true).added_mass().size() == 0);
 }
@@ -253,7 +253,7 @@ TEST_CASE("springs so squeezed that, let go of, they hold by more than the step 
   REQUIRE_FALSE(squeezed(1).compiled(true).empty());
   const Case c = squeezed(1e-4F);
   const Eigen::MatrixXd g = c.springs.motions(kTool).cast<double>();
-  Eigen::MatrixXd far = Eigen::MatrixXd::Zero(kVariables, kVariables);  // k - K_e, what holds far away beyond the stamp
+  Eigen::MatrixXd far = Eigen::MatrixXd::Zero(kVariables, kVariables);  // k - K_e, the limit far away from the stamp
   for (int e = 0; e < kCount; ++e) {
     const Vec3 d = c.springs.spans().col(e).cast<double>(), n = d.normalized();
     const double k = c.springs.stiffness[e], across = k * (1 - c.springs.rest_length[e] / d.norm());
@@ -266,7 +266,7 @@ TEST_CASE("springs so squeezed that, let go of, they hold by more than the step 
 }
 
 TEST_CASE("an arch that snaps through under the hand gives all its energy away, as its springs do") {
-  // Two springs over the halves of a span, their common end pressed to where it still holds, by little.
+  // Two springs over the halves of a span, with their common end pressed down to where it is still barely stable.
   constexpr double kHalf = 0.010, kHigh = 0.004, kPressed = 0.0025, kPull = 100;  // [m], [N/m]
   const double rest = std::hypot(kHalf, kHigh);
   const auto push = [&](double high) {

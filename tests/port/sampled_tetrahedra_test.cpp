@@ -1,5 +1,5 @@
-// Tetrahedra of a solid as the terms of a patch: forces that are the gradient of their energy, nothing at the stamp, bounded
-// however far anything goes, and no more stiffness than a tick stands.
+// Tetrahedra of a solid as the terms of a patch: forces that are the gradient of their energy, zero at the stamp, bounded at any
+// displacement, and no stiffer than a tick allows.
 #include "common/port/sampled_tetrahedra.hpp"
 
 #include <Eigen/Dense>
@@ -21,7 +21,7 @@ namespace {
 constexpr int kTetraTool = 3, kTetraModes = 5, kTetraVariables = kTetraTool + kTetraModes, kTetraCount = 11, kTetraNodes = 8;
 constexpr double kTetraTickS = 1e-3, kSizeM = 0.02;
 
-/// Corners of a cube, bent and turned since they were at rest.
+/// Corners of a cube, deformed and rotated since rest.
 struct TetraCase {
   SampledTetrahedra solid;
   std::mt19937 random{7};
@@ -39,7 +39,7 @@ struct TetraCase {
     solid.position = Eigen::AngleAxisf(0.5F, Eigen::Vector3f(1, 2, 3).normalized()).matrix() * solid.rest +
                      0.15F * static_cast<float>(kSizeM) * some(3, kTetraNodes);
     solid.nodes.resize(4, kTetraCount);
-    for (int e = 0; e < kTetraCount; ++e) {  // any four nodes, the right way round
+    for (int e = 0; e < kTetraCount; ++e) {  // any four nodes, with positive orientation
       int k = 0;
       float volume = 0;
       do {
@@ -70,7 +70,7 @@ struct TetraCase {
     Eigen::Matrix3d f, df;
     double mu, lambda, alpha;
   };
-  /// Of one tetrahedron for u, in double precision.
+  /// Values of one tetrahedron for u, in double precision.
   OneTetra at(int e, const Eigen::VectorXd& u) const {
     Eigen::Matrix3d x, rest;
     for (int i = 0; i < 3; ++i) {
@@ -87,7 +87,7 @@ struct TetraCase {
     const double mu = 4.0 / 3 * shear, lambda = dilation + 5.0 / 6 * shear;
     return {f, df, mu, lambda, 1 + 0.75 * mu / lambda};
   }
-  /// 2/a (l^a - 1), continued from where x^(a/2 - 1) of x = l^2 is not followed any further along its tangent.
+  /// 2/a (l^a - 1), continued along its tangent where x^(a/2 - 1), x = l^2, is cut off.
   static double ogden_power(double l, double a) {
     const double b = a / 2 - 1, x = l * l, low = b < 0 ? std::max(0.04, std::exp(4 / b)) : 0.04,
                  high = b > 0 ? std::exp(4 / b) : 1e6, edge = std::clamp(x, low, high), beyond = x - edge;
@@ -107,7 +107,7 @@ struct TetraCase {
     const double e = (f * direction).squaredNorm() - 1, k = solid.law.fibres.share * mu, b = solid.law.fibres.exponent;
     return sum + 0.5 * volume * j * j + 0.5 * k * (e > 0 ? growth_integral(b * e * e) / b : e * e);
   }
-  /// The energy beyond second order, by the law itself and differences of it; nothing is bounded.
+  /// The energy beyond second order, by the law itself and its differences, without bounds.
   double expected_energy(const Eigen::VectorXd& u) const {
     double sum = 0;
     for (int e = 0; e < kTetraCount; ++e) {
@@ -176,7 +176,7 @@ TEST_CASE("at the stamp sampled tetrahedra pull, hold and brake with nothing") {
   force.damping(c.displacement(1), change, at_stamp);
   CHECK(change.norm() < 1e-6F);
   CHECK(at_stamp.norm() == 0);
-  // No slope either: twice as far is four times as much.
+  // Zero slope as well: twice the displacement gives four times the force.
   force.move_to(5 * u);
   force.gradient(g);
   force.move_to(10 * u);
@@ -227,7 +227,7 @@ TEST_CASE("what dampers of sampled tetrahedra brake more is a matrix, once all o
     dampers.renew(force, closing);
     return dampers;
   };
-  // Beside a patch that brakes enough, and beside one that brakes with nothing.
+  // With a patch that has enough damping, and with one that has none.
   const LaggedDamping all = asked(1e6), bare = asked(0);
   const Eigen::VectorXd of_all = all.change() * rate.cast<double>(), exact = more.cast<double>();
   CHECK((of_all - exact).norm() < 1e-4 * exact.norm());
@@ -290,5 +290,5 @@ TEST_CASE("a solid four times as stiff as a step takes has four times the mass w
         std::max(slowed, Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(tangent, mass).eigenvalues().tail<1>()[0]);
   }
   CAPTURE(law, slowed);
-  if (law != SolidLaw::ogden) CHECK(slowed < 4 / (kTetraTickS * kTetraTickS));  // whose fibres stiffen beyond any bound
+  if (law != SolidLaw::ogden) CHECK(slowed < 4 / (kTetraTickS * kTetraTickS));  // its fibres stiffen beyond any bound
 }

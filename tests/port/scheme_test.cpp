@@ -1,4 +1,4 @@
-// The names of schemes, and the older one that files and command lines still may have.
+// The names of schemes, and the older one that files and command lines may still contain.
 #include "common/port/scheme.hpp"
 
 #include <catch2/catch.hpp>

@@ -26,7 +26,7 @@ struct Mesh {
   SurfaceView view() const { return surface.view(); }
 };
 
-/// An octahedron, its triangles split `levels` times in four and put on the sphere.
+/// An octahedron whose triangles are split in four `levels` times and projected to the sphere.
 Mesh sphere(double radius, int levels) {
   Mesh mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -126,7 +126,7 @@ TEST_CASE("A surface goes around what is inside of it once, and around nothing e
     CHECK(winding_number(mesh.view(), mesh.x, random.uniform(0, 0.045) * away) == Approx(1));
     CHECK(winding_number(mesh.view(), mesh.x, random.uniform(0.051, 2) * away) == Approx(0).margin(1e-9));
   }
-  // A vertex is pushed through the body and out on the other side: what lies there has the back of its triangles before it.
+  // A vertex is pushed through the body and out on the other side, where it faces the back of the triangles.
   vertex_of(mesh, 0) = Vec3(-0.08, 0.001, 0.002);
   for (const double distance_m : {0.081, 0.1, 0.3, 1.0}) {
     const Vec3 query(-distance_m, 0.001, 0.002);
@@ -158,7 +158,7 @@ TEST_CASE("Normals do not jump where a point crosses from one triangle to the ne
     if (k > 0) largest = std::max(largest, (normal - last).norm());
     last = normal;
   }
-  // 20000 steps around: 0.0003 each on the sphere; the coarse mesh bends its normals up to a few times faster in places.
+  // 20000 steps around: 0.0003 each on the sphere; the normals of the coarse mesh turn up to a few times faster in places.
   CHECK(largest < 0.003);
 }
 
@@ -198,7 +198,7 @@ TEST_CASE("Slips over the border of a plane add up, there and back") {
   SurfacePoint point = nearest_point(mesh.view(), mesh.x, Vec3(0.061, 0.032, 0)).point;
   Vec3 beyond = Vec3::Zero(), expected(0.061, 0.032, 0);
   for (int k = 0; k < 40; ++k) {
-    const Vec3 slip(k < 20 ? 0.0037 : -0.0035, 0.0031 * std::cos(0.3 * k), 0.0002);  // in the end inside again
+    const Vec3 slip(k < 20 ? 0.0037 : -0.0035, 0.0031 * std::cos(0.3 * k), 0.0002);  // inside again at the end
     const Vec3 target = position_at(mesh.view(), mesh.x, point) + beyond + slip;
     point = slide(mesh.view(), mesh.x, point, beyond + slip);
     beyond = beyond_border(mesh.view(), mesh.x, point, target);
@@ -218,6 +218,6 @@ TEST_CASE("A query beside an open surface is at its border, one above or below i
   CHECK_FALSE(below.at_border);
   CHECK(below.height_m == Approx(-0.001));
   CHECK(nearest_point(mesh.view(), mesh.x, Vec3(0.012, 0.015, 0.002)).height_m == Approx(0.002));
-  // On an inner edge: weight zero there, yet no border.
+  // On an inner edge: one weight is zero there, yet it is no border.
   CHECK_FALSE(nearest_point(mesh.view(), mesh.x, Vec3(0.01, 0.015, 0.002)).at_border);
 }

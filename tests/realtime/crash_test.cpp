@@ -1,4 +1,4 @@
-// A program that falls: what its device was told last, seen from outside.
+// A crashing program: the last commands to its device, observed from outside.
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -22,12 +22,12 @@ using namespace palpate;
 
 namespace {
 
-/// In memory that two processes share.
+/// Log in memory shared by two processes.
 struct Log {
   static constexpr std::size_t kMost = 20'000;
   std::atomic<std::size_t> writes{0};
   std::atomic<int> stops{0}, halts{0};
-  std::atomic<bool> falls{false}, ended{false};  ///< `falls`: the loop's own thread shall
+  std::atomic<bool> falls{false}, ended{false};  ///< `falls`: the loop's own thread must crash
   std::array<std::atomic<double>, kMost> force{};
 };
 
@@ -62,7 +62,7 @@ SharedLog shared_log() {
   return {new (memory) Log, [](Log* log) { ::munmap(log, sizeof(Log)); }};
 }
 
-/// A program with a hand that is pushed with 2 N; then `fall`. It ends by itself when it is asked to.
+/// A program with a hand that is pushed with 2 N; then calls `fall`. It ends by itself on request.
 [[noreturn]] void program(Log& log, void (*fall)(Log&)) {
   static std::atomic<bool> stop{false};
   end_by_signals(stop);
@@ -88,7 +88,7 @@ SharedLog shared_log() {
   std::_Exit(0);
 }
 
-/// How the program ended, as waitpid says it.
+/// Exit status of the program, from waitpid.
 int outcome(Log& log, void (*fall)(Log&), int signal_from_outside = 0) {
   const pid_t child = ::fork();
   REQUIRE(child >= 0);
@@ -105,7 +105,7 @@ int outcome(Log& log, void (*fall)(Log&), int signal_from_outside = 0) {
   return status;
 }
 
-/// The same with a log of its own, once more where the machine stood still for so long that the watchdog acted before the fall.
+/// The same with its own log, repeated if the machine stalled so long that the watchdog acted before the crash.
 std::pair<int, SharedLog> calm_outcome(void (*fall)(Log&), int signal_from_outside, int halts) {
   constexpr int kTries = 10;
   for (int left = kTries;; --left) {
@@ -122,7 +122,7 @@ double last_force(const Log& log) {
   return log.force[writes - 1];
 }
 
-/// From 2 N to zero by no more than `most_n` at a time.
+/// Returns true if the force falls from 2 N to zero by at most `most_n` at a time.
 bool ramps(const Log& log, double most_n) {
   for (std::size_t i = 101; i < log.writes; ++i)
     if (log.force[i - 1] - log.force[i] > most_n + 1e-9) return false;

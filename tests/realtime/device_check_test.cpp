@@ -13,7 +13,7 @@ using namespace palpate;
 
 namespace {
 
-/// A tool on a spring to where it was: it moves along a force, or against it.
+/// A tool on a spring to its start: it moves along a force, or against it.
 class Yielding final : public Device {
  public:
   explicit Yielding(double m_per_n) : m_per_n_(m_per_n) {

@@ -1,4 +1,4 @@
-// What stands between a driver's thread and the 1 kHz loop takes no memory and no lock on either side.
+// Everything between a driver's thread and the 1 kHz loop allocates nothing and locks nothing on either side.
 #include <catch2/catch.hpp>
 #include <limits>
 #include <memory>
@@ -12,14 +12,14 @@ using namespace palpate;
 
 namespace {
 
-/// An adapter whose driver's turn is run by its reader.
+/// An adapter whose driver is stepped by its reader.
 class Turned final : public Device {
  public:
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override {
     DeviceReading reading;
     reading.state = DeviceState::ok;
-    // A place that is no number now and then, a fault of the driver's now and then.
+    // Sometimes a NaN position, sometimes a fault of the driver.
     const auto tick = now.count() / 1000;
     reading.position =
         Vec3(0.001 * static_cast<double>(tick % 2), 0, tick % 500 == 0 ? std::numeric_limits<double>::quiet_NaN() : 0);

@@ -1,4 +1,4 @@
-// The loop itself, in real time. Asserted is what must hold however late the machine is.
+// The loop itself, in real time. Only what must hold on any machine, however late, is asserted.
 #include "client/io/haptic_loop.hpp"
 
 #include <array>
@@ -24,7 +24,7 @@ using palpate::Vec3;
 
 namespace {
 
-/// Watches its own thread, the loop's, from one reading to another.
+/// Watches its own thread, that of the loop, from one reading to the next.
 class Watcher final : public palpate::Device {
  public:
   static constexpr int kFirst = 20, kLast = 150;
@@ -47,7 +47,7 @@ class Watcher final : public palpate::Device {
   palpate::DeviceCaps caps_ = palpate::test::felt_caps();
 };
 
-/// Remembers what it was asked and told; ends after `readings_max` readings.
+/// Records its calls; ends after `readings_max` readings.
 class Witness final : public palpate::Device {
  public:
   explicit Witness(std::size_t readings_max) : readings_max_(readings_max) {
@@ -67,7 +67,7 @@ class Witness final : public palpate::Device {
   void stop() noexcept override { ++stops; }
   void halt() noexcept override {}
 
-  double share = 1;  ///< that the hand feels
+  double share = 1;  ///< share of the force that the hand feels
   std::vector<Micros> read_at;
   std::vector<Vec3> written;
   int stops = 0;

@@ -1,4 +1,4 @@
-// The haptic tick, with everything that may happen in one, allocates, locks and throws nothing.
+// The haptic tick, in all its cases, allocates, locks and throws nothing.
 #include "client/core/haptic_tick.hpp"
 
 #include <catch2/catch.hpp>
@@ -42,8 +42,8 @@ struct Run {
   double force_max_n = 0;
 };
 
-/// A hand on a simulated Phantom; a new patch 30 ms old every 50 ticks. The patches are compiled before, as the network side
-/// does.
+/// A hand on a simulated Phantom; a new patch 30 ms old every 50 ticks. The patches are compiled beforehand, as on the network
+/// side.
 Run play(const std::function<Patch(std::uint32_t, Micros)>& patch_at, Micros valid_for,
          const std::function<palpate::NonlinearTerms(const Patch&)>& terms_of = {}) {
   std::vector<PatchPlayer> players;

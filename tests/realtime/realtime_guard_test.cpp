@@ -1,4 +1,4 @@
-// The instrument before the measurement: what the guard must see, it sees.
+// Test of the instrument itself: the guard detects everything that it must.
 #include "tests/support/realtime_guard.hpp"
 
 #include <atomic>
@@ -12,7 +12,7 @@ using palpate::test::RealtimeFaults;
 using palpate::test::RealtimeGuard;
 
 namespace {
-std::vector<int>* volatile kept = nullptr;  // so that the compiler cannot leave the allocation out
+std::vector<int>* volatile kept = nullptr;  // prevents the compiler from removing the allocation
 std::mutex mutex;
 
 RealtimeFaults watched(void (*work)()) {

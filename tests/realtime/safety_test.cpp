@@ -1,5 +1,5 @@
-// What ends in zero force: a device without limits, that hangs, vanishes, jumps, freezes; a loop that stands still. Asserted is
-// what must hold however late the machine is.
+// Cases that end in zero force: a device without limits, that hangs, vanishes, jumps, freezes; a loop that stands still. Only
+// what must hold on any machine, however late, is asserted.
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -20,7 +20,7 @@ using namespace palpate;
 
 namespace {
 
-/// Does what the test tells it to, and keeps what was written in the order in which it came.
+/// Follows the test's commands, and records the written forces in order.
 class Puppet final : public Device {
  public:
   Puppet() { written.reserve(200'000); }
@@ -82,8 +82,8 @@ bool in_time(Condition condition) {
   return false;
 }
 
-/// From the write `from` on no force grows by more in a tick than the fastest ramp does. (It may end at once: on a machine that
-/// stands still for long enough the watchdog acts.)
+/// Returns true if, from the write `from` on, no force grows by more per tick than the fastest ramp. (It may also end at once, as
+/// the watchdog acts on a machine that stalls long enough.)
 bool grows_by_ramps(const Puppet& device, std::size_t from) {
   double before = 0;
   for (std::size_t i = from; i < device.written.size(); ++i) {
@@ -102,7 +102,7 @@ struct Running {
     loop.start();
     REQUIRE(whole());
   }
-  /// The force is there, all of it; patches go on coming.
+  /// Waits until the force is complete, while patches keep coming.
   bool whole() {
     return in_time([this] {
       display.give();
@@ -254,7 +254,7 @@ TEST_CASE("A reading that cannot be is told from one that is late", "[realtime]"
     return check.look(at, t += passed, force_n);
   };
   CHECK(look(Vec3(0.05, 0, 0)) == ReadingFault::none);
-  CHECK(look(Vec3(0.0535, 0, 0)) == ReadingFault::none);  // 3.5 m/s where 2 m/s are the limit: within twice
+  CHECK(look(Vec3(0.0535, 0, 0)) == ReadingFault::none);  // 3.5 m/s with a limit of 2 m/s: within twice the limit
   CHECK(look(Vec3(0.0580, 0, 0)) == ReadingFault::jumped);
   CHECK(look(Vec3(0.0580, 0, 0)) == ReadingFault::none);
   CHECK(look(Vec3(0.0780, 0, 0), 0, 10 * kTick) == ReadingFault::none);  // late

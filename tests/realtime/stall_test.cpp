@@ -1,4 +1,4 @@
-// A network thread that stands still must not be felt: the haptic thread waits for nobody.
+// A stalled network thread must not be felt: the haptic thread never waits.
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <future>
@@ -82,7 +82,7 @@ TEST_CASE("The loop ticks on while the thread that drives the session is stuck",
   std::thread network([&] {
     core.tick(monotonic_now());
     stuck.set_value();
-    release.get_future().wait();  // as in a name lookup, a full disk, a page that is not there
+    release.get_future().wait();  // as in a name lookup, with a full disk, or on a page fault
     core.tick(monotonic_now());
   });
   stuck.get_future().wait();

@@ -1,4 +1,4 @@
-// Whatever happens to the file: an error in words, or everything up to the damage; never a crash.
+// Arbitrary damage to the file: a readable error, or everything up to the damage; never a crash.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <optional>
@@ -16,11 +16,11 @@ using namespace palpate::test;
 namespace {
 
 struct Found {
-  std::string error;  ///< nothing was read
+  std::string error;  ///< set if nothing was read
   bool complete = false;
   std::string damage;
   int frames = 0, unreadable = 0;
-  bool true_so_far = true;  ///< frame k is frame k of what was written
+  bool true_so_far = true;  ///< true while frame k equals frame k as written
 };
 
 Found found_in(std::span<const std::byte> bytes) {
@@ -115,7 +115,7 @@ TEST_CASE("a recording without its end says so and is whole otherwise", "[record
 
 namespace {
 
-/// Frames of the blocks of `bytes` that can be read, by number.
+/// Frames, by number, of the readable blocks of `bytes`.
 std::vector<int> frames_in(std::span<const std::byte> bytes) {
   const RecordingReader recording(bytes, "damaged.rec");
   std::vector<int> frames;
@@ -125,7 +125,7 @@ std::vector<int> frames_in(std::span<const std::byte> bytes) {
   return frames;
 }
 
-/// Those of the blocks of an undamaged one that do not touch its bytes `begin` to `end`.
+/// Frames of the blocks of an undamaged recording that do not touch its bytes `begin` to `end`.
 std::vector<int> frames_beside(const RecordingReader& whole, std::size_t begin, std::size_t end) {
   std::vector<int> frames;
   for (std::size_t k = 0; k < whole.blocks().size(); ++k) {
@@ -147,8 +147,8 @@ TEST_CASE("without an index a flipped byte costs its own block alone, and where 
   const auto places = whole.blocks();
   REQUIRE(places.size() >= 4);
   auto bytes = undamaged;
-  bytes.resize(bytes.size() - layout::kTrailerBytes);  // so that nothing says where the blocks are
-  std::vector<std::size_t> flips;                      // every byte of a part's frame, some of what it holds
+  bytes.resize(bytes.size() - layout::kTrailerBytes);  // removes the index of blocks
+  std::vector<std::size_t> flips;                      // every byte of a part's frame, some of its content
   for (std::size_t k = 0; k + 1 < places.size(); ++k)
     for (std::size_t at = places[k].offset; at < places[k + 1].offset; at += at < places[k].offset + 48 ? 1 : 13)
       flips.push_back(at);
@@ -187,7 +187,7 @@ TEST_CASE("of a recording from whose middle a piece is missing the rest is read,
       const RecordingLoss loss = loss_of(recording);
       const bool none = left.size() == static_cast<std::size_t>(kFrames);
       REQUIRE(loss.places == (none ? 0 : 1));
-      // Frames are all that the blocks tell of, and between the first that is missing and the next that is not lie this many.
+      // Frames are the only content of the blocks, and this many lie between the first missing one and the next present one.
       REQUIRE(loss.time >= (kFrames - static_cast<int>(left.size()) - 1) * kSmallFrame);
       REQUIRE(loss.time <= (kFrames - static_cast<int>(left.size()) + 2) * kSmallFrame);
     }
@@ -266,7 +266,7 @@ TEST_CASE("a part that names one list a million times is damage, not gigabytes",
   flatbuffers::FlatBufferBuilder builder;
   const std::vector<record::Sample> samples(kSamples);
   const auto path = record::CreatePath(builder, 1, builder.CreateVectorOfStructs(samples));
-  // In a table of its own each, and all the same one.
+  // One table each, all with the same content.
   std::vector<flatbuffers::Offset<record::Path>> same(kTimes, path), apart;
   const auto list = builder.CreateVectorOfStructs(samples);
   for (std::size_t k = 0; k < kTimes / 10; ++k) apart.push_back(record::CreatePath(builder, 1, list));
@@ -280,7 +280,7 @@ TEST_CASE("a part that names one list a million times is damage, not gigabytes",
 
 TEST_CASE("numbers that lie where the machine would not read them are damage", "[record][hostile]") {
   int read = 0;
-  for (const std::size_t words : {0u, 1u}) {  // before them, of four bytes
+  for (const std::size_t words : {0u, 1u}) {  // preceding words of four bytes
     flatbuffers::FlatBufferBuilder builder;
     const std::vector<std::uint8_t> stuffing(4 * words), bytes(sizeof(record::HandOver));
     for (const std::uint8_t byte : stuffing) builder.PushElement(byte);
@@ -288,7 +288,7 @@ TEST_CASE("numbers that lie where the machine would not read them are damage", "
     for (const std::uint8_t byte : bytes) builder.PushElement(byte);
     const auto list = builder.EndVector(1);
     record::BlockBuilder block(builder);
-    block.add_base(1);  // of eight bytes: the whole lies at a multiple of them
+    block.add_base(1);  // of eight bytes, which aligns the whole to a multiple of them
     block.add_hand_overs(flatbuffers::Offset<flatbuffers::Vector<const record::HandOver*>>(list));
     const auto content = block.Finish();
     builder.FinishSizePrefixed(record::CreatePart(builder, record::Content::Block, content.Union()), record::PartIdentifier());
@@ -330,7 +330,7 @@ TEST_CASE("of blocks that lie within each other, as an index may say, the inner 
   const RecordingReader before(bytes, "whole.rec");
   const auto blocks = before.blocks();
   REQUIRE(blocks.size() >= 3);
-  // The first block takes in the second, checksum and all.
+  // The first block swallows the second, with a valid checksum.
   const std::size_t first = blocks[0].offset, end = blocks[2].offset;
   const auto size = static_cast<std::uint32_t>(end - first - layout::kFrameBytes - layout::kPrefixBytes);
   std::memcpy(bytes.data() + first + layout::kFrameBytes, &size, sizeof size);

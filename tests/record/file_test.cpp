@@ -17,7 +17,7 @@ using namespace palpate;
 
 namespace {
 
-/// An empty folder that is gone at the end.
+/// An empty folder that is removed at the end.
 struct Folder {
   Folder() {
     std::string name = (std::filesystem::temp_directory_path() / "palpate-record-XXXXXX").string();
@@ -192,7 +192,7 @@ TEST_CASE("the files of a series are found by their numbers, and the next one is
   CHECK(newest("a.rec") == "a.10.rec");
   CHECK(series("a.rec").there.size() == 3);
   CHECK(series("a.rec").next == folder.path / "a.11.rec");
-  std::ofstream(folder.path / "a.11.rec");  // a power cut left nothing in it
+  std::ofstream(folder.path / "a.11.rec");  // empty after a power cut
   CHECK(newest("a.rec") == "a.10.rec");
   CHECK(series("a.rec").next == folder.path / "a.12.rec");
   std::filesystem::create_directory(folder.path / "a.20.rec");

@@ -1,4 +1,4 @@
-// What is written is what is read.
+// Recordings read back as written.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>

@@ -9,7 +9,7 @@
 
 namespace palpate::test {
 
-/// A pyramid, and a vertex inside that no triangle uses.
+/// A pyramid, and an inner vertex that no triangle uses.
 inline RecordingHead small_head() {
   RecordingHead head;
   head.program = "test 1";
@@ -77,7 +77,7 @@ inline void add_small_frame(RecordingWriter& writer, int k) {
   writer.tick(t);
 }
 
-/// `frames` of 50 ms.
+/// Recording of `frames` frames of 50 ms.
 inline std::vector<std::byte> small_recording(int frames, bool ended) {
   RecordingWriter writer(small_head());
   RecordedEvent joined{kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "hand", ""};

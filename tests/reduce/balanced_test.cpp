@@ -1,4 +1,4 @@
-// The off-line bases of the scheme `balanced`, and the patches made of them.
+// The off-line bases of the scheme `balanced`, and the patches made from them.
 #include "server/reduce/balanced_basis.hpp"
 
 #include <Eigen/LU>
@@ -41,7 +41,7 @@ TEST_CASE("A balanced basis is orthonormal in the masses, still where the body i
     if (block.body.fixed[i] || i == 54) CHECK(v.middleRows<3>(3 * static_cast<Eigen::Index>(i)).norm() == 0);
   const SecondOrderSystem y = second_order_system(block.dynamics, block.rest, 54, {});
   CHECK(error_at(y, v.leftCols(3), 0) < 1e-9);
-  // The more of it, the nearer to the body.
+  // More of it is closer to the body.
   CHECK(error_at(y, v.leftCols(11), 60) < error_at(y, v.leftCols(5), 60));
   CHECK(error_at(y, v, 60) < 1e-3);
   CHECK(&block.bases.grasped(54) == &v);

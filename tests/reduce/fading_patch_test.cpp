@@ -1,4 +1,4 @@
-// Patches of bodies whose stress fades, against the bodies themselves.
+// Patches of bodies with relaxation, against the bodies themselves.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kTickS = 1e-3;
 
-/// A tool on a block of hexahedra that goes to and fro for a while; then a patch is made, and the body and its player go on with
+/// A tool moves to and fro on a block of hexahedra for a while; then a patch is made, and the body and its player continue with
 /// the same tool.
 struct Played {
-  double off_n = 0, felt_n = 0;  ///< greatest difference, and change of force, while the patch is played
+  double off_n = 0, felt_n = 0;  ///< largest difference, and change of force, while the patch is played
 };
 
 Played play(double share, double time_s, double reach_m, Scheme scheme, bool with_fading = true) {
@@ -66,8 +66,8 @@ Played play(double share, double time_s, double reach_m, Scheme scheme, bool wit
 }  // namespace
 
 TEST_CASE("A grasp of a body whose stress fades is felt as truly as one of a body whose stress stays", "[fading]") {
-  // Small: what a truncated basis leaves is all. Large: the stress that has faded turns with a body that has moved on, which a
-  // patch does not know.
+  // Small: only the error of a truncated basis remains. Large: the relaxed stress rotates with a body that has moved on, which a
+  // patch does not represent.
   struct Case {
     Scheme scheme;
     double reach_m, more;

@@ -1,5 +1,4 @@
-// The patch of one tool while others are on the body, against dense linear algebra on the whole body with springs at their
-// points.
+// The patch of one tool with others on the body, against dense linear algebra on the whole body with springs at their points.
 #include "server/reduce/frame_model.hpp"
 
 #include <Eigen/Geometry>
@@ -53,7 +52,7 @@ struct FrameBench {
     REQUIRE(check(built->patch) == PatchFault::none);
     return built->patch;
   }
-  /// With all directions that modes are chosen from.
+  /// Builds with all candidate directions as modes.
   Patch build_with_all_directions(std::size_t which) { return build(which, Scheme::port, {}, 2 * PatchBuilder::kCandidates); }
   Matrix input(std::size_t k) const {
     Matrix b = Matrix::Zero(state.x.size(), 3);
@@ -61,7 +60,7 @@ struct FrameBench {
       if (!body.fixed[node]) b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
     return b;
   }
-  /// Of all that is not fixed, with springs of the other tools.
+  /// Dynamic stiffness of all free nodes, with springs of the other tools.
   Matrix dynamic(double s, const std::vector<Mat3>& springs) const {
     Matrix p = dense_stiffness(dynamics, state) + s * dense_damping(dynamics, state);
     p.diagonal() += s * s * dynamics.masses();
@@ -109,7 +108,7 @@ TEST_CASE(
   const Patch patch = bench.build_with_all_directions(0);
   REQUIRE(patch.others.count == kMaxOtherTools);
   CHECK(patch.load_for == kFrameHorizon);
-  // Which is which: by its velocity.
+  // Identifies them by velocity.
   std::vector<std::size_t> contacts;
   for (const OtherTool& other : patch.others.tools())
     for (std::size_t k = 1; k < bench.tools.size(); ++k)
@@ -159,7 +158,7 @@ TEST_CASE("A patch expects of other hands the parabola that ends where they get 
   bench.frame.set_hands({{}, hand});
   const HandMotion path = bench.frame.path(1, kFrameHorizon);
   CHECK(path.velocity == hand.velocity);
-  // It speeds up for 50 of 100 ms.
+  // It accelerates for 50 of 100 ms.
   const Vec3 end = 0.1 * hand.velocity + (0.5 * 0.05 * 0.05 + 0.05 * 0.05) * hand.acceleration;
   CHECK((0.1 * path.velocity + 0.5 * 0.1 * 0.1 * path.acceleration - end).norm() < 1e-12);
 }
@@ -174,7 +173,7 @@ TEST_CASE(
   const Vec3 lambda = bench.ports[0].lambda, way = seconds(kFrameHorizon) * bench.tools[0].velocity;
   const Matrix b = bench.input(0);
   const auto whole = bench.dynamic(kFrameShift, {}).lu();
-  const auto wrong = [&](double part) {  // of the compliance, along the load
+  const auto wrong = [&](double part) {  // error of the compliance, along the load
     const SurfacePoint here = bench.ports[0].point, there = slide(bench.skin.view(), x, here, part * way);
     bench.ports[0].point = there;
     const Matrix b_end = bench.input(0);
@@ -232,14 +231,14 @@ TEST_CASE("A hand that speeds up or slows down is looked for where that takes it
   const Vec3 normal = Vec3::UnitZ(), velocity(0.1, 0, 0), sideways(0, 0.5, 0);
   const auto slides = expected_slides(velocity, normal, {0.2, true, sideways});
   REQUIRE(slides.size() == 3);
-  // The first 0.05 s of 0.2 s: 0.625 mm by then, and at 25 mm/s from there on.
+  // Over the first 0.05 s of 0.2 s: 0.625 mm by then, and 25 mm/s from there on.
   CHECK((slides[2] - Vec3(0.02, 0.004375, 0)).norm() < 1e-15);
   CHECK((expected_slides(velocity, normal, {0.05, true, sideways})[2] - Vec3(0.005, 0.5 * 0.5 * 0.0025, 0)).norm() < 1e-15);
-  // No hand gets further than 12 mm by that.
+  // No hand moves further than 12 mm in that time.
   CHECK((expected_slides(velocity, normal, {0.2, true, 100 * sideways})[2] - Vec3(0.02, 0.012, 0)).norm() < 1e-15);
   CHECK(expected_slides(velocity, normal, {0.2, true, 0.01 * sideways}).size() == 2);
   CHECK(expected_slides(velocity, normal, {0.2, true, 3 * normal}).size() == 2);
-  // One that turns round and is back where it was needs no way.
+  // A hand that turns round and is back at its start needs no slide.
   CHECK(expected_slides(velocity, normal, {0.1, true, Vec3(-8.0 / 3, 0, 0)}).size() == 2);
   CHECK(expected_slides(Vec3::Zero(), normal, {0.2, false, sideways}).size() == 1);
 }
@@ -278,11 +277,11 @@ TEST_CASE("Tools that touch, or will within its time, are contacts of a patch, a
   bench.ports[3].touching = false;
   bench.tools[3].position += 0.002 * normal;
   bench.tools[3].velocity = -0.03 * normal;
-  CHECK(bench.build(0).others.count == 2);  // nobody knows where it is over the body
+  CHECK(bench.build(0).others.count == 2);  // its position over the body is unknown
   const Patch patch = bench.build(0, Scheme::port, {3});
   CHECK(patch.others.count == 3);
   CHECK(std::ranges::count_if(patch.others.tools(), [](const OtherTool& other) { return other.touching; }) == 2);
-  bench.tools[3].velocity = -0.01 * normal;  // 1 mm in the patch's time
+  bench.tools[3].velocity = -0.01 * normal;  // 1 mm within the patch's time
   CHECK(bench.build(0, Scheme::port, {3}).others.count == 2);
 
   bench.ports[3].touching = true;
@@ -328,7 +327,7 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
   bench.build(0);
   SharedSystem* const p = bench.frame.system(bench.frame.shift(kFrameHorizon), false, 1e-2);
   REQUIRE(p);
-  CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all at their mean horizon
+  CHECK(bench.frame.system(bench.frame.shift(Micros{30'000}), false, 1e-2) == p);  // of all, at their mean horizon
   const PortResponse& kept = p->port(1);
   const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kFrameShift, {}).lu().solve(bench.input(1));
   CHECK((kept.compliance - exact).norm() < 1e-8 * exact.norm());
@@ -362,7 +361,7 @@ TEST_CASE("A touch patch of fewer modes than a tool has directions yields static
     const Mat3 reduced = Matrix(rows) * dynamic_of(*patch, kFrameShift).lu().solve(Matrix(rows).transpose()) + patch->c_static;
     INFO(states << " states");
     CHECK((reduced - exact).norm() < 0.02 * exact.norm());
-    // What yields at once has done so at the stamp: the surface is where the body has it.
+    // The immediate compliance has acted by the stamp: the surface is where the body has it.
     const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
     const Vec3 corner =
         patch->surface.vertices[patch->surface.triangles[0][0]].position + patch->c_static * bench.ports[0].lambda;
@@ -399,6 +398,6 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
     PatchPlayer player(still);
     const Vec3 force = player.advance({still.stamp + kTick, middle - 1e-4 * normal}).force;
     REQUIRE(force.norm() > 0);
-    CHECK(force.normalized().dot(normal) > 1 - 1e-4);  // 0.8 degrees: the surface gives way to the force
+    CHECK(force.normalized().dot(normal) > 1 - 1e-4);  // 0.8 degrees, as the surface yields to the force
   }
 }

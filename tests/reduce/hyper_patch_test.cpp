@@ -1,4 +1,4 @@
-// A patch of scheme hyper against the body: forces far beyond the tangent, and what cannot be had.
+// A patch of scheme hyper against the body: forces far beyond the tangent, and impossible requests.
 #include "server/reduce/hyper_patch.hpp"
 
 #include <array>
@@ -56,7 +56,7 @@ struct Grasp {
   }
 };
 
-/// A block of finite elements, beside the grasped node held by a spring to a place outside.
+/// A block of finite elements with a spring from near the grasped node to a place outside.
 LumpedBody held_by_a_ligament() {
   LumpedBody body = solid_box(4, 4, 4, {SolidLaw::neo_hookean, 8e3, 0.45, 0.01});
   const auto anchor = static_cast<std::uint32_t>(body.nodes.size());
@@ -240,7 +240,7 @@ TEST_CASE("A hyper-reduced patch knows the way back to where the body rests, wha
   Grasp grasp(0.002);
   const Matrix v = grasp.build().modes.of_nodes();
   Vector way = grasp.dynamics.rest_state().x - grasp.state.x;
-  way.segment<3>(3 * kNode).setZero();  // the tool's
+  way.segment<3>(3 * kNode).setZero();  // the tool's own motion
   const Vector missed = way - v * (v.transpose() * grasp.dynamics.masses().cwiseProduct(way));
   const auto size = [&](const Vector& x) { return std::sqrt(x.dot(grasp.dynamics.masses().cwiseProduct(x))); };
   CHECK(size(missed) < 0.02 * size(way));

@@ -1,4 +1,4 @@
-// A touched patch of scheme hyper against the body: pressed on, slid on, squeezed.
+// A touched patch of scheme hyper against the body: pressed, slid on, squeezed.
 #include "server/reduce/hyper_patch.hpp"
 
 #include <Eigen/LU>
@@ -21,11 +21,11 @@ using namespace palpate::test;
 
 namespace {
 
-/// Where a tool goes on to that has pressed, u from 0 to 1: deeper and to the side; along the surface.
+/// Further path of a tool that has pressed, u from 0 to 1: deeper and sideways; along the surface.
 Vec3 deeper(double u) { return u * u * Vec3(0.003, -0.002, -0.008); }
 Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 
-/// A tool that presses 4 mm into the top of a block in 0.1 s, and there is a patch; it then goes on.
+/// A tool presses 4 mm into the top of a block in 0.1 s; then a patch is made and the tool moves on.
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
   Micros horizon{200'000};
@@ -83,7 +83,7 @@ struct Touch {
     if (whole_surface) CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::hyper));
     return *built;
   }
-  /// Energy of the force's error to that of the force over the 150 ms after the patch: linear, with its terms.
+  /// Energy of the force's error over that of the force in the 150 ms after the patch: linear, and with its terms.
   std::array<double, 2> errors() {
     REQUIRE(ports[0].touching);
     PatchPlayer linear = player(Scheme::port), nonlinear = player(Scheme::hyper);
@@ -162,7 +162,7 @@ struct Compliances {
   Mat3 of_patch, whole;
   double apart() const { return (of_patch - whole).norm() / whole.norm(); }
 };
-/// Nothing where P of the whole body is not definite there.
+/// Empty if P of the whole body is not definite there.
 std::optional<Compliances> compliances(Touch& touch, const BuiltPatch& built, double s) {
   const Matrix v = built.modes.of_nodes();
   Matrix k_v, d_v;
@@ -194,7 +194,8 @@ void squeeze(Touch& touch, double part) {
   for (std::uint32_t i = 0; i < touch.dynamics.nodes(); ++i) at_node(touch.state.x, i).z() *= 1 - part;
 }
 
-/// How many bodies, squeezed by these parts, `found` has compliances of; the patch responds as the whole body for all of them.
+/// Number of bodies, squeezed by these shares, for which `found` returns compliances; the patch must respond like the whole body
+/// in all of them.
 template <typename Found>
 int matching_responses(std::initializer_list<double> parts, const Found& found) {
   int count = 0;

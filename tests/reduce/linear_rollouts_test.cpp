@@ -1,4 +1,4 @@
-// The directions that linear rollouts choose, against closed forms of oscillators: what they span, and that none span more.
+// Directions selected by linear rollouts, against closed forms of oscillators: what they span, and that none is redundant.
 #include "server/reduce/linear_rollouts.hpp"
 
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ RolloutLoads no_loads() {
   return {Matrix::Zero(kOscillators, 3), Vector::Zero(kOscillators), Vector::Zero(kOscillators), Matrix(kOscillators, 0)};
 }
 
-/// Of q_i = b_i (1 - cos(omega_i t)) / omega_i^2, a constant push, energy that is left where Q is taken away, of all of it.
+/// Share of the energy that remains after projecting out Q, for q_i = b_i (1 - cos(omega_i t)) / omega_i^2, a constant push.
 double left_out(const Matrix& q, const Vector& b) {
   const Vector omega = frequencies();
   const Vector energy = omega.cwiseAbs2() + Vector::Constant(kOscillators, kShift * kShift);

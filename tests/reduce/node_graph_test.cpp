@@ -9,7 +9,8 @@
 using namespace palpate;
 using namespace palpate::test;
 
-// All nodes of a cell are joined to each other: the way from a corner takes as many edges as its longest side has cells.
+// All nodes of a cell are joined to each other, so the number of edges from a corner equals the largest number of cells along any
+// axis.
 TEST_CASE("In a block nodes are as many edges from a corner as the longest of their three coordinates says") {
   const LumpedBody body = box_body(5, 4, 3);
   const NodeGraph graph(body);

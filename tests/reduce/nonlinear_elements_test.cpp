@@ -1,4 +1,4 @@
-// Which elements bend, and their second-order forces, against the forces of the body itself.
+// Selection of nonlinear elements, and their second-order forces, against the forces of the body itself.
 #include "server/reduce/nonlinear_elements.hpp"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ LumpedBody stiffening_box() {
 
 TEST_CASE("where only so many elements are asked for, they are those that bend most, also where many bend alike") {
   constexpr std::size_t kMost = 60;
-  constexpr double kBin = 17.0 / 16.0;  // weights that differ by less count as alike
+  constexpr double kBin = 17.0 / 16.0;  // weights that differ by less count as equal
   Case c(box_body(5, 5, 5));
   const auto chosen = [&](std::size_t most) { return nonlinear_elements(c.dynamics, c.state, c.shapes, 0, most); };
   const auto bending = [&](const Element& e) {
@@ -73,7 +73,7 @@ TEST_CASE("where only so many elements are asked for, they are those that bend m
   CHECK(kBin * least_chosen > most_left_out);
 
   c.state.x = c.dynamics.rest_state().x;
-  c.shapes = c.state.x.leftCols<1>();  // all as long again: springs of a kind bend alike
+  c.shapes = c.state.x.leftCols<1>();  // everything doubles in length: springs of one kind deform alike
   CHECK(chosen(kMost).size() == kMost);
 }
 

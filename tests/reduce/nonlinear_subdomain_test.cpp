@@ -1,4 +1,4 @@
-// What of a large body bends by its own forces, and the patches of scheme `hyper` that are made of it, against the whole body.
+// The nonlinear part of a large body, and the patches of scheme `hyper` made from it, against the whole body.
 #include "server/reduce/nonlinear_subdomain.hpp"
 
 #include <catch2/catch.hpp>
@@ -11,7 +11,7 @@ using namespace palpate::test;
 
 namespace {
 
-/// A block of which a node of the top is held, with everything around it indented.
+/// A block with a held node on its top, and everything around it indented.
 struct Large {
   LumpedBody body = large_body();
   Dynamics dynamics{body};
@@ -51,7 +51,7 @@ TEST_CASE(
   part.take(large.body.nodes[kTop], large.state);
   CHECK(part.body().dynamics().nodes() < large.dynamics.nodes() / 3);
   const Vector y = large.random(1, 1e-3), whole = moved_by(large.refined, y), moved = part.moved(y);
-  int far = 0;  // nodes that move as corners do
+  int far = 0;  // nodes interpolated from corners
   for (std::uint32_t i = 0; i < part.body().dynamics().nodes(); ++i) {
     const Vec3 rest = part.body().dynamics().body().nodes[i];
     for (std::uint32_t node = 0; node < large.dynamics.nodes(); ++node)
@@ -98,7 +98,7 @@ TEST_CASE("A nonlinear subdomain goes with the tool, and with the coordinates wh
   large.focus(corner);
   REQUIRE(large.refined.generation() != before);
   part.take(large.body.nodes[corner], large.state);
-  CHECK(part.body().dynamics().nodes() < nodes);  // a quarter of what it is in the middle
+  CHECK(part.body().dynamics().nodes() < nodes);  // a quarter of its size in the middle
   const Vector y = large.random(3, 1e-3);
   CHECK(part.gathered(Vector::Ones(part.moved(y).size())).dot(y) == Approx(part.moved(y).sum()).epsilon(1e-12));
 }
@@ -161,7 +161,7 @@ TEST_CASE("A hyper-reduced patch of a large body bends as the whole body does on
   NonlinearForce bend(built->terms, *patch);
   Random random(4);
   for (int k = 0; k < 5; ++k) {
-    // The tool goes a third of a spacing any way, and the modes follow.
+    // The tool moves a third of a spacing in any direction, and the modes follow.
     Vector u(moved.cols());
     for (Eigen::Index i = 0; i < 3; ++i) u[i] = random.uniform(-1, 1);
     u.head<3>() *= large.refined.spacing_m() / 3 / u.head<3>().norm();

@@ -1,4 +1,4 @@
-// Patches against dense linear algebra on the whole body: what a reduction must keep.
+// Patches against dense linear algebra on the whole body: properties that a reduction must keep.
 #include "server/reduce/patch_builder.hpp"
 
 #include <Eigen/Cholesky>
@@ -60,7 +60,7 @@ struct BuilderBench {
     return *made;
   }
 
-  /// Free degrees of freedom, the tool's node not among them.
+  /// Free degrees of freedom without the tool's node.
   std::vector<Eigen::Index> free() const {
     std::vector<Eigen::Index> index;
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
@@ -100,7 +100,7 @@ struct Dense {
     p.diagonal() += s * s * m(f);
     return p;
   }
-  /// Force that the tool must give per displacement of the node, without the node's own mass.
+  /// Force of the tool per displacement of the node, without the node's own mass.
   Mat3 stiffness_at(double s) const {
     const Matrix port = k(f, t) + s * d(f, t);
     return k(t, t) + s * d(t, t) - port.transpose() * dynamic(s).lu().solve(port);
@@ -217,7 +217,7 @@ TEST_CASE("A grasp patch is passive even where the compressed body is not") {
     BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
     bench.state = random_state(bench.dynamics, seed, 0.016, 0.1);
     bench.attach(54);
-    const BuiltPatch built = bench.built(scheme);  // which asks check()
+    const BuiltPatch built = bench.built(scheme);  // calls check()
     projected += built.psd_change_1_s2 > 0;
     CHECK(built.patch.damping.allFinite());
   }
@@ -275,7 +275,7 @@ TEST_CASE("A two-layer patch responds as the unreduced local model at the matche
   CHECK((stiffness_at(patch, kBuilderShift) - exact).norm() < 1e-8 * exact.norm());
   CHECK((patch.force - bench.dynamics.element_force(bench.state, node)).norm() < 1e-12);
 
-  // The body's velocity lies in the basis, so that its kinetic energy there is that of the rescaled masses.
+  // The body's velocity lies in the basis, so its kinetic energy there is that of the rescaled masses.
   double energy = 0;
   for (Eigen::Index i = 0; i < local.size(); ++i)
     energy += local.mass[i] * std::pow(bench.state.v[local.coordinates[static_cast<std::size_t>(i)]], 2);
@@ -304,7 +304,7 @@ TEST_CASE("Asked for two-layer on a body of finite elements, the builder makes t
 }
 
 TEST_CASE("A two-layer patch is pushed by the body's own residual force, not by that of rescaled springs") {
-  // Stretched evenly: inside, every node is in balance though every spring is in tension.
+  // Stretched evenly: inside, every node is in equilibrium though every spring is in tension.
   BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0, 0);
   for (Eigen::Index i = 2; i < bench.state.x.size(); i += 3) bench.state.x[i] *= 1.05;
   bench.attach(2 + 6 * (2 + 6 * 3));
@@ -325,7 +325,7 @@ TEST_CASE(
     for (std::uint32_t node = 0; node < bench.dynamics.nodes(); ++node) {
       if ((node_of(bench.state.x, node) - vertex.position).norm() > 1e-12) continue;
       found = true;
-      // The body's own motion lies in the basis, so that the rows give every vertex its velocity.
+      // The body's own motion lies in the basis, so the rows give every vertex its velocity.
       CHECK((vertex.rows * patch.q_rate - node_of(bench.state.v, node)).norm() < 1e-8);
     }
     CHECK(found);

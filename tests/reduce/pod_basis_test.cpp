@@ -1,4 +1,4 @@
-// The directions of a nonlinear patch: what they are orthonormal in, and that K and D on them are what it is said to be.
+// The directions of a nonlinear patch: their orthonormality, and the values of K and D on them.
 #include "server/reduce/pod_basis.hpp"
 
 #include <catch2/catch.hpp>
@@ -41,7 +41,7 @@ TEST_CASE("Directions of snapshots are orthonormal in M, however alike these are
   const Vector zero = Vector::Zero(bench.dynamics.masses().size());
   const auto last = static_cast<std::uint32_t>(bench.dynamics.nodes() - 1);
   const Vector first = bench.response(bench.load(last)), other = bench.response(bench.load(last - 8));
-  // Of the energy of the first the third adds some 1e-9.
+  // The third has some 1e-9 of the energy of the first.
   SnapshotSet snapshots;
   snapshots.add(SnapshotKind::port_response, first);
   snapshots.add(SnapshotKind::port_response, other, 0.3);
@@ -57,7 +57,7 @@ TEST_CASE("Directions of snapshots are orthonormal in M, however alike these are
   const Projection projected = bench.at.projected(v);
   CHECK((basis.at_modes.k - projected.k).norm() < 1e-7 * projected.k.norm());
   CHECK((basis.at_modes.d - projected.d).norm() < 1e-7 * projected.d.norm());
-  // Snapshots are spanned but for 1e-10 of the energy, and their coordinates say how; what comes beside is spanned exactly.
+  // Snapshots are spanned up to 1e-10 of the energy, with the given coordinates; additional directions are spanned exactly.
   CHECK((v * basis.coordinates.col(0) - first).norm() < 1e-5 * first.norm());
   const Vector apart = snapshots.all()[2].state - first;
   CHECK((v * along_modes(apart) - apart).norm() < 0.05 * apart.norm());
@@ -102,7 +102,7 @@ TEST_CASE(
   CHECK(snapshots.likeliest() == std::vector<Eigen::Index>{0});
   add(SnapshotKind::indentation);
   CHECK(snapshots.likeliest() == std::vector<Eigen::Index>{2});
-  SnapshotSet costly;  // a body of which no hand is rolled out
+  SnapshotSet costly;  // a body without rollouts
   costly.add(SnapshotKind::port_response, Vector::Zero(3));
   for (int k = 0; k < 2; ++k) costly.add(SnapshotKind::indentation, Vector::Zero(3));
   CHECK(costly.likeliest() == std::vector<Eigen::Index>{1, 2});

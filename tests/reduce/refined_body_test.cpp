@@ -1,4 +1,4 @@
-// A body fine around the tools and coarse elsewhere against the whole body.
+// A body that is fine around the tools and coarse elsewhere, against the whole body.
 #include "server/reduce/refined_body.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -27,11 +27,11 @@ struct RefinedBench {
 
   explicit RefinedBench(LumpedBody b = large_body()) : body(std::move(b)) {}
   explicit RefinedBench(Filling filling) : RefinedBench(large_body(filling)) {}
-  /// Until no cell is behind.
+  /// Repeats until no cell is behind.
   void settle() {
     for (int k = 0; k < 40; ++k) refined.take(state);
   }
-  /// The whole body bent and turned, smoothly.
+  /// Deforms and rotates the whole body smoothly.
   void bend(double by) {
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {
       const Vec3 x = body.nodes[i];
@@ -57,7 +57,7 @@ Vector gathered(const RefinedBody& refined, const Vector& f) {
   return y;
 }
 
-/// A x of a symmetric matrix of which the upper triangle is kept.
+/// Product A x with a symmetric matrix stored as its upper triangle.
 Vector product_of_upper(const BlockMatrix& a, const Vector& x) {
   Vector y = Vector::Zero(x.size());
   for (std::uint32_t row = 0; row < a.rows(); ++row)
@@ -80,7 +80,7 @@ TEST_CASE(
   CHECK(bench.refined.coordinate(0) == RefinedBody::kNone);
   bench.refined.take(bench.state);
   CHECK(bench.refined.masses().sum() ==
-        Approx(bench.dynamics.masses().sum() * (kLargeEdge - 1.0) / kLargeEdge).epsilon(0.02));  // less what is fixed and far
+        Approx(bench.dynamics.masses().sum() * (kLargeEdge - 1.0) / kLargeEdge).epsilon(0.02));  // without fixed and far nodes
 }
 
 TEST_CASE("What acts on a locally refined body is what acts on its nodes: no work is made or lost") {
@@ -106,7 +106,7 @@ TEST_CASE("A motion that is the same everywhere in a locally refined body costs 
   focus_on(bench.refined, kTop);
   bench.bend(0.2);
   bench.settle();
-  // An affine motion, in the coordinates: near nodes at their places, corners at theirs; found by least squares from the nodes.
+  // An affine motion in the coordinates: near nodes at their places, corners at theirs, by least squares from the nodes.
   Mat3 gradient;
   gradient << 0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.2, 0.3, -0.6;
   Vector x(bench.state.x.size());
@@ -129,7 +129,7 @@ TEST_CASE("A motion that is the same everywhere in a locally refined body costs 
   bench.refined.multiply(y, k_y, d_y);
   Vector k_x, d_x;
   bench.dynamics.multiply_tangents(bench.state, x, k_x, d_x);
-  CHECK(y.dot(k_y.col(0)) == Approx(x.dot(k_x)).epsilon(2e-3));  // far tangents are kept until their cell has bent by 0.002
+  CHECK(y.dot(k_y.col(0)) == Approx(x.dot(k_x)).epsilon(2e-3));  // far tangents are kept until their cell has deformed by 0.002
   CHECK(y.dot(d_y.col(0)) == Approx(x.dot(d_x)).epsilon(2e-3));
 }
 
@@ -156,8 +156,8 @@ TEST_CASE("Far tetrahedra are renewed until none is behind, and then are those o
   focus_on(fresh, kTop);
   bench.bend(1.0);
   bench.settle();
-  // The same by another way: every tetrahedron's energy, to second order, along a random motion of the coordinates. Tetrahedra
-  // between cells move as one of them does, continued, so the motion is one that is the same in all: affine.
+  // The same independently: every tetrahedron's energy, to second order, along a random motion of the coordinates. Tetrahedra
+  // between cells move like one of the cells, extrapolated, so the motion must be equal in all: affine.
   Vector y(bench.refined.masses().size());
   Random random(7);
   Mat3 gradient;
@@ -244,7 +244,7 @@ TEST_CASE("The port of a locally refined body is as soft as that of the whole to
   const ToolAt tool{position_at(skin.view(), skin.place(bench.state.x), port.point), Vec3::Zero()};
   REQUIRE(&frame.refined() != &frame);
   constexpr double kShift = 15;
-  // Twice: the second finds the far tangents nearer to the state.
+  // Twice: the second time the far tangents are closer to the state.
   Mat3 compliance[2];
   for (FrameModel* model : {&frame.refined(), &frame}) {
     for (int frames = 0; frames < 10; ++frames) {
@@ -259,8 +259,8 @@ TEST_CASE("The port of a locally refined body is as soft as that of the whole to
   const Mat3 softer = compliance[1] - compliance[0];
   const double softest = Eigen::SelfAdjointEigenSolver<Mat3>(0.5 * (softer + softer.transpose())).eigenvalues().minCoeff();
   CHECK(softer.norm() < 0.02 * compliance[1].norm());
-  // Far tangents of a bent body are kept a little longer than true. The shapes of a cell are continued for those nodes of an
-  // element that are in the next one, by more where it has eight.
+  // Far tangents of a deformed body are kept slightly beyond their accuracy. The shapes of a cell are extrapolated for nodes of
+  // an element in the next cell, by more if it has eight.
   const double continued = bench.body.hexahedra.empty() ? 1e-4 : 2e-3;
   if (!bent) CHECK(softest > -continued * compliance[1].norm());
 }

@@ -1,4 +1,4 @@
-// Few springs that bend as all do: against the body's own forces at displacements that were not among the samples.
+// A few springs that represent all: against the body's own forces at displacements that were not among the samples.
 #include "server/reduce/sample_springs.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct OneCost : ColumnCosts {
   float of(Eigen::Index /*column*/) const override { return 1; }
 };
 
-/// Columns in pairs: the second of one is cheap, the first, and what stands alone, is not; no room for more than `most`.
+/// Columns in pairs: the second of a pair is cheap, its first and single columns are not; no room for more than `most`.
 struct PairCost : ColumnCosts {
   explicit PairCost(std::size_t room) : most(room) {}
   void with(const std::vector<Eigen::Index>& columns) override { there = columns; }
@@ -40,25 +40,25 @@ TEST_CASE("sparse weights find the few columns that a sum was made of, and none 
   const Eigen::VectorXf t = 2 * a.col(7) + 0.5F * a.col(21) + 3 * a.col(33);
   OneCost one;
   const SparseSolution found = sparse_nnls(a, t, 10, 1e-4F, one);
-  CHECK(found.left <= 2e-3F);  // columns are weighed with a small ridge
+  CHECK(found.left <= 2e-3F);  // a small ridge regularises the weights
   CHECK(found.weights.minCoeff() > 0);
   Eigen::VectorXf w = Eigen::VectorXf::Zero(40);
   for (std::size_t k = 0; k < found.columns.size(); ++k) w[found.columns[k]] = found.weights[static_cast<Eigen::Index>(k)];
   CHECK(w[7] == Approx(2).epsilon(1e-3));
   CHECK(w[21] == Approx(0.5).epsilon(1e-2));
   CHECK(w[33] == Approx(3).epsilon(1e-3));
-  // What only a negative weight could give is left.
+  // A part that only a negative weight could provide remains.
   const SparseSolution none = sparse_nnls(a.leftCols(1), -a.col(0), 10, 1e-4F, one);
   CHECK(none.columns.empty());
 }
 
 TEST_CASE("sparse weights prefer columns that cost little for what they bring, and stop where there is no room") {
-  // Orthogonal columns: what each brings is its own part of t.
+  // Orthogonal columns: each contributes its own part of t.
   const Eigen::MatrixXf a = Eigen::MatrixXf::Identity(6, 6);
   const Eigen::VectorXf t = (Eigen::VectorXf(6) << 1, 0.5F, 0.9F, 0.2F, 0.8F, 0.1F).finished();
   PairCost costs(3);
   const SparseSolution found = sparse_nnls(a, t, 6, 1e-4F, costs);
-  // After the first its fellow, half as large but a ninth of the price, goes before 0.9; then 0.9 before 0.8.
+  // After the first column its partner, half as large at a ninth of the cost, comes before 0.9; then 0.9 before 0.8.
   CHECK(found.columns == std::vector<Eigen::Index>{0, 1, 2});
 }
 

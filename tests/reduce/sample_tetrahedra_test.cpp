@@ -1,4 +1,4 @@
-// Few tetrahedra that bend as all do: against the body's own forces at displacements that were not among the samples.
+// A few tetrahedra that represent all: against the body's own forces at displacements that were not among the samples.
 #include "server/reduce/sample_tetrahedra.hpp"
 
 #include "server/reduce/sample_places.hpp"
@@ -19,7 +19,7 @@ namespace {
 
 constexpr Eigen::Index kTetraVariables = 6;
 
-/// A block of finite elements and smooth shapes of it: an indentation of the top, sheared and twisted.
+/// A block of finite elements with smooth shapes: an indentation of the top, sheared and twisted.
 struct Block {
   LumpedBody body;
   Dynamics dynamics{body};
@@ -58,7 +58,7 @@ struct Block {
     dynamics.forces(state.x + moved * u, still, there);
     return -(moved.transpose() * (there - here) + stiffness * u);
   }
-  /// Of a force to what it should be, over 50 displacements drawn by chance, in units that make each variable as stiff.
+  /// Relative error of a force over 50 random displacements, in units in which each variable is equally stiff.
   double wrong(SampledSolidForce& force) const {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> draw(-0.005, 0.005);
@@ -142,7 +142,7 @@ TEST_CASE(
   const int tool = GENERATE_COPY(-1, kHeldNode);
   const SamplePlaces places(dynamics, state, moved, chosen, tool);
   const Vector u = Vector::NullaryExpr(6, [&] { return random.uniform(-0.01, 0.01); });
-  // Neighbouring triangles share their nodes, three places are each hexahedron's own.
+  // Neighbouring triangles share their nodes; each hexahedron has three places of its own.
   std::set<std::uint32_t> corners;
   std::size_t cells = 0;
   for (const std::uint32_t e : chosen) {
@@ -165,7 +165,7 @@ TEST_CASE(
       change +=
           (all.middleRows<3>(3 * static_cast<Eigen::Index>(places.place(e, i))).cast<double>() * u) * rest.b.col(i).transpose();
     CHECK((change - mean_gradient(dynamics, e, moved * u)).norm() < 1e-5 * change.norm());
-    for (int i = 0; i < 4 && tool >= 0; ++i)  // none but the held one moves with the tool
+    for (int i = 0; i < 4 && tool >= 0; ++i)  // only the held node moves with the tool
       if (static_cast<int>(places.place(e, i)) != places.tool())
         CHECK(all.block<3, 3>(3 * static_cast<Eigen::Index>(places.place(e, i)), 0).norm() == 0);
   }

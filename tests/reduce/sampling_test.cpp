@@ -1,4 +1,4 @@
-// What a fit of few elements asks of them: forces as large as each variable is stiff, and larger at the port.
+// Input of the fit of few elements: forces scaled by the stiffness of each variable, and larger weight at the port.
 #include "server/reduce/sampling.hpp"
 
 #include <Eigen/LU>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Eigen::Index kSamplingVariables = 7;
 
-/// Of the parts of an element, or of all together, one number for each variable from one another: a column each sum of samples.
+/// Reshapes values to one column per sample, with one number per variable.
 Eigen::MatrixXf by_variable(const Eigen::VectorXf& part) {
   return part.reshaped(part.size() / kSamplingVariables, kSamplingVariables).transpose();
 }

@@ -1,5 +1,5 @@
-// Static indentations against the port responses that they grow out of, against the equation that they solve, and against the
-// whole body's own.
+// Static indentations against the port responses from which they start, against the equation that they solve, and against those
+// of the whole body.
 #include "server/reduce/static_indentation.hpp"
 
 #include <Eigen/LU>

@@ -1,4 +1,4 @@
-// Where tools may go: server/reduce/tool_prediction.hpp.
+// Predicted positions of tools: server/reduce/tool_prediction.hpp.
 #include "server/reduce/tool_prediction.hpp"
 
 #include <catch2/catch.hpp>

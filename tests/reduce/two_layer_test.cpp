@@ -1,4 +1,4 @@
-// The two-layer local model: exact in one dimension, near the body at both ends of the frequency range beyond.
+// The two-layer local model: exact in one dimension, otherwise close to the body at both ends of the frequency range.
 #include "server/reduce/two_layer.hpp"
 
 #include <Eigen/QR>

@@ -1,5 +1,4 @@
-// One hand that would take all of the time there is, and one that only presses. Work is counted, in iterations of Newton's
-// method.
+// One hand that would use all available time, and one that only presses. Work is counted in Newton iterations.
 #include <catch2/catch.hpp>
 #include <utility>
 
@@ -14,7 +13,7 @@ namespace {
 constexpr Micros kCostlyFrame{50'000};
 constexpr StationId kPresses = 1, kFirstOfOthers = 2;
 
-/// A hand that presses 30 mm deep into the organ, and others that do what a test says.
+/// A hand presses 30 mm deep into the organ, and others follow the test.
 class SharedOrgan {
  public:
   SharedOrgan()
@@ -48,7 +47,7 @@ class SharedOrgan {
   }
   const Vec3& home() const { return home_; }
 
-  Micros left_out{};  ///< before the next frame
+  Micros left_out{};  ///< body time dropped before the next frame
 
  private:
   Vec3 pressed(Micros t) const { return home_ - Vec3(0, 0, 0.03 * std::min(1.0, seconds(t - Micros{1'000'000}) / 0.3)); }
@@ -86,7 +85,7 @@ TEST_CASE("A hand that jumps about inside the body is let go of, and the hand be
     without += result.stations.front().patch ? 0 : 1;
     for (const StationId id : result.too_dear) said |= id == kFirstOfOthers;
     for (const StationId id : result.too_dear) CHECK(id == kFirstOfOthers);
-    CHECK(result.newton_iterations < 500);  // of 5 steps of 10 ms; one hand takes 20
+    CHECK(result.newton_iterations < 500);  // for 5 steps of 10 ms; one hand needs 20
   }
   CHECK(said);
   CHECK(without <= 1);

@@ -1,4 +1,4 @@
-// Patches that change nothing that can be felt: which must be sent, and which the station's own stands for.
+// Patches whose changes cannot be felt: when a patch must be sent, and when the station's own is renewed.
 #include "server/room/deadband.hpp"
 
 #include <catch2/catch.hpp>
@@ -15,7 +15,7 @@ namespace {
 constexpr Micros kStart{7'000'000}, kDeadbandFrame{50'000};
 constexpr double kFraction = 0.1;
 
-/// A spring at the origin with its tool 10 mm in: 1 N at 100 N/m.
+/// A spring at the origin with its tool 10 mm inside: 1 N at 100 N/m.
 Patch spring(Micros stamp, double stiffness_n_m, double force_n) {
   Patch p;
   p.stamp = stamp;
@@ -29,7 +29,7 @@ Patch spring(Micros stamp, double stiffness_n_m, double force_n) {
   return p;
 }
 
-/// A tool that rests at its place.
+/// A resting tool.
 ToolTrack resting(Micros until) {
   ToolTrack track;
   std::vector<ToolSample> samples;
@@ -38,7 +38,7 @@ ToolTrack resting(Micros until) {
   return track;
 }
 
-/// Whether a second patch, a frame after one of 1 N at 100 N/m, need not be sent to a station that plays the first.
+/// Returns true if a second patch, a frame after one of 1 N at 100 N/m, need not be sent to a station that plays the first.
 bool needless(const Patch& second, Micros horizon = Micros{100'000}) {
   Deadband deadband;
   const ToolTrack track = resting(second.stamp);
@@ -48,7 +48,7 @@ bool needless(const Patch& second, Micros horizon = Micros{100'000}) {
   return renewed_from.has_value();
 }
 
-/// A room whose one station says at once that it plays what it is given.
+/// A room whose single station reports at once that it plays its newest patch.
 struct DeadbandStage {
   Room room;
   Micros now = kStart, stamp{};
@@ -90,7 +90,7 @@ TEST_CASE("A change of the force by less than half the fraction need not be sent
 
 TEST_CASE("A change of the stiffness that a hand could feel by moving on is sent although the force is the same") {
   const Micros next = kStart + kDeadbandFrame;
-  CHECK(needless(spring(next, 110, 1)));  // 3 mm further in: 1.3 and 1.33 N
+  CHECK(needless(spring(next, 110, 1)));  // 3 mm further inside: 1.3 and 1.33 N
   CHECK_FALSE(needless(spring(next, 130, 1)));
   CHECK_FALSE(needless(spring(next, 70, 1)));
 }
@@ -122,9 +122,9 @@ TEST_CASE("Nothing is renewed that the station has not said it plays, and every 
     return deadband.pass(spring(kStart + frame * kDeadbandFrame, 100, force_n), {}, {kFraction, kDeadbandFrame, playing, &track});
   };
   CHECK_FALSE(pass(0, 1, std::nullopt));
-  CHECK_FALSE(pass(1, 1, std::nullopt));  // not said
+  CHECK_FALSE(pass(1, 1, std::nullopt));  // not reported
   CHECK_FALSE(pass(2, 1.2, kStart));      // too different
-  CHECK_FALSE(pass(3, 1.2, kStart));      // the one on its way would do, the one that is played not
+  CHECK_FALSE(pass(3, 1.2, kStart));      // the one in flight would be good enough, the one that is played is not
   CHECK(pass(3, 1.2, kStart + 2 * kDeadbandFrame) == kStart + 2 * kDeadbandFrame);
   CHECK_FALSE(pass(3, 1.2, kStart + kDeadbandFrame / 2));  // no such patch
 }

@@ -47,8 +47,8 @@ TEST_CASE("a stretched block of finite elements has the stress, strain and press
     const Mat3 f = Eigen::Quaterniond(1, 0.2, 0.1, -0.3).normalized().toRotationMatrix() *
                    Mat3(Vec3(kStretch, kAcross, kAcross).asDiagonal());
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = f * body.nodes[i];
-    // Mooney-Rivlin: sigma_1 - sigma_2 = 2 (l1^2 - l2^2)(W_1 + W_2 l3^2) / J, of which von Mises' is the size where two are
-    // alike.
+    // Mooney-Rivlin: sigma_1 - sigma_2 = 2 (l1^2 - l2^2)(W_1 + W_2 l3^2) / J, whose absolute value is von Mises' stress if two
+    // stretches are equal.
     const double mu = 8e3 / 2.9, w1 = 0.35 * mu, w2 = 0.15 * mu, j = kStretch * kAcross * kAcross;
     const double mises = 2 * (kStretch * kStretch - kAcross * kAcross) * (w1 + w2 * kAcross * kAcross) / j;
     for (const float at_node : nodal_field(dynamics, state, ShapeChannel::stress))
@@ -59,7 +59,7 @@ TEST_CASE("a stretched block of finite elements has the stress, strain and press
     for (const float at_node : nodal_field(dynamics, state, ShapeChannel::stress))
       CHECK(static_cast<double>(at_node) == Approx(0.6 * mises).epsilon(1e-6));
     state.history.reset();
-    // All the same, and what resists a change of volume alone where it is that alone.
+    // Equal everywhere; under a pure change of volume only the volumetric response contributes.
     for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) at_node(x, i) = 0.98 * body.nodes[i];
     for (const float at_node : nodal_field(dynamics, state, ShapeChannel::pressure))
       CHECK(static_cast<double>(at_node) == Approx(8e3 / (3 * (1 - 2 * 0.45)) * (1 - std::pow(0.98, 3))).epsilon(0.05));

@@ -1,4 +1,4 @@
-// The organ of the demo gives way and comes back: pressed anywhere it ends where it was, and sleeps.
+// The organ of the demo yields and recovers: pressed anywhere, it returns to its shape, and sleeps.
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
@@ -12,7 +12,7 @@ namespace {
 constexpr Micros kOrganFrame{50'000}, kOrganSample{1'000};
 constexpr double kOverM = 0.01, kDownS = 1.0, kHoldS = 1.0, kUpS = 0.5;
 
-/// Free nodes of the outside that lie as far from each other as they can, the highest first.
+/// Free nodes of the outside, as far from each other as possible, the highest first.
 std::vector<std::uint32_t> spread_places(const LumpedBody& body, std::size_t count) {
   constexpr double kOverTheBedM = 0.03;
   std::vector<std::uint32_t> outside, chosen;
@@ -41,9 +41,9 @@ Vec3 outward_at(const LumpedBody& body, std::uint32_t node) {
 }
 
 struct Return {
-  double pressed_n = 0;   ///< while it is held
-  double left_m = 0;      ///< how far a node is from its place a second after the tool is out
-  double asleep_s = 1e9;  ///< after the tool is out
+  double pressed_n = 0;   ///< while held
+  double left_m = 0;      ///< distance of a node from its rest position a second after the tool left
+  double asleep_s = 1e9;  ///< time after the tool left
   double left_asleep_m = 0;
 };
 
@@ -89,7 +89,7 @@ Return press(const Scene& scene, std::uint32_t node, double depth_m) {
 void check_return(const Scene& scene, std::uint32_t node, double depth_m) {
   INFO("at " << scene.body.nodes[node].transpose() << ", " << 1e3 * depth_m << " mm deep");
   const Return result = press(scene, node, depth_m);
-  CHECK(result.pressed_n > 0.05e3 * depth_m);  // a pressure that is spread as the tip's is makes it give way (decision 64)
+  CHECK(result.pressed_n > 0.05e3 * depth_m);  // a pressure spread like that of the tip makes it yield (decision 64)
   CHECK(result.pressed_n < 1e3 * depth_m);
   CHECK(result.left_m < 1e-4);
   CHECK(result.left_asleep_m < 1e-5);

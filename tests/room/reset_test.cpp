@@ -1,4 +1,4 @@
-// A body that is put back to rest while a hand is in it.
+// A body that is reset to rest while a hand is inside.
 #include <catch2/catch.hpp>
 
 #include "common/player/player.hpp"
@@ -17,11 +17,11 @@ constexpr double kResetTop = 3 * kSpacingM;
 struct ResetBed {
   Room room;
   Micros now{7'000'000};
-  double at_m = 0.01;  // over the top
+  double at_m = 0.01;  // height over the top
 
   explicit ResetBed(ContactKind contact = ContactKind::touch) : room(box_scene(contact)) { room.start(now); }
 
-  /// The hand goes to `height_m` over the top.
+  /// Moves the hand to `height_m` over the top.
   FrameResult frame(double height_m, bool reset = false) {
     FrameJob job;
     job.begin = now;

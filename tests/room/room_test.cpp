@@ -1,4 +1,4 @@
-// A room: stations come, hold, touch, share, tear and leave; the tool's path and the way into a grasp.
+// A room: stations come, hold, touch, share, tear and leave; the tool's path and the transition to a grasp.
 #include "server/room/room.hpp"
 
 #include <catch2/catch.hpp>
@@ -75,7 +75,7 @@ TEST_CASE("A tool that comes from far away grasps nothing, and moves nothing, un
   for (int k = 0; k < 30; ++k) result = stage.frame({kHand}, at(0.9 * kGraspReachM));
   REQUIRE(result.stations.at(0).patch);
   CHECK((result.positions[54] - home()).norm() == Approx(0.9 * kGraspReachM));
-  for (int k = 0; k < 10; ++k) result = stage.frame({kHand}, at(0.9 * kGraspReachM + 0.02));  // held, it follows further
+  for (int k = 0; k < 10; ++k) result = stage.frame({kHand}, at(0.9 * kGraspReachM + 0.02));  // once held, it follows further
   CHECK((result.positions[54] - home()).norm() == Approx(0.9 * kGraspReachM + 0.02));
 }
 
@@ -245,7 +245,7 @@ TEST_CASE("A tool's path is linear between its samples, still before them and sl
   CHECK((track.at(Micros{2000}).velocity - Vec3(1, 0, 0)).norm() < 1e-12);
   CHECK((track.at(Micros{3000}).position - Vec3(1e-3, 2e-3, 0)).norm() < 1e-15);
   CHECK((track.at(Micros{4000}).velocity - Vec3(0, 2, 0)).norm() < 1e-12);
-  // On at the mean velocity over the whole of this short path, (0.333, 1.333) m/s, and still when kGoOn has passed.
+  // Extrapolated at the mean velocity over the whole of this short path, (0.333, 1.333) m/s, and at rest after kDeadReckoningS.
   const double on_s = 0.005, over_s = kDeadReckoningS, velocity = 4e-3 / 0.003;
   CHECK(track.at(Micros{9000}).position.y() == Approx(4e-3 + velocity * (on_s - on_s * on_s / (2 * over_s))));
   CHECK(track.at(Micros{9000}).velocity.y() == Approx(velocity * (1 - on_s / over_s)));
@@ -271,7 +271,7 @@ TEST_CASE("A path is nowhere faster than a hand, and gets to where the tool is o
 
 TEST_CASE("A path that forgets what is past goes on after its last sample as it would have, however long that has been") {
   ToolTrack track;
-  for (int k = 0; k <= 20; ++k) {  // ever faster
+  for (int k = 0; k <= 20; ++k) {  // accelerating
     const double s = 0.001 * k;
     track.add(std::vector<ToolSample>{{from_seconds(s), Vec3(2 * s * s, 0, 0)}});
   }

@@ -1,4 +1,4 @@
-// Rollouts of bodies whose own integrator may not be asked: where they lead, what they may cost, what patches make of it.
+// Rollouts of bodies whose own integrator is too costly: their accuracy, their cost limits, and their use by patches.
 #include "server/room/rough_steps.hpp"
 
 #include <Eigen/QR>
@@ -80,7 +80,7 @@ TEST_CASE("Rough steps know from those before that they would not get to the end
   CHECK(steps.allow(10 * usual_s, 10));
   CHECK_FALSE(steps.allow(10 * usual_s, 12));
   steps.allow(1, 1);
-  for (int k = 1; k <= 3; ++k) REQUIRE(steps.advance(p.state, p.ports, 0.5 * kOverS * k, p.tool(), 1));  // far at a time
+  for (int k = 1; k <= 3; ++k) REQUIRE(steps.advance(p.state, p.ports, 0.5 * kOverS * k, p.tool(), 1));  // long steps
   CHECK_FALSE(steps.allow(10 * usual_s, 10));
   CHECK(steps.allow(200 * usual_s, 10));
 }
@@ -119,10 +119,10 @@ TEST_CASE("The modes of a solid that a hand moves hold where it will be when the
   }
   const Vector x = room.origin(kRoughHand)->body.x;
   Vector displacement = x - then->body.x;
-  displacement.segment<3>(3 * static_cast<Eigen::Index>(soft_solid().tool.node)).setZero();  // the tool's own, not the modes'
+  displacement.segment<3>(3 * static_cast<Eigen::Index>(soft_solid().tool.node)).setZero();  // not the modes' part
   const Eigen::ColPivHouseholderQR<Matrix> qr(then->modes);
   const double left =
-      (displacement - then->modes * qr.solve(displacement)).norm() / displacement.norm();  // 4e-3 of a patch without rollouts
+      (displacement - then->modes * qr.solve(displacement)).norm() / displacement.norm();  // 4e-3 for a patch without rollouts
   CAPTURE(left);
   CHECK(left < 1e-3);
 }

@@ -1,4 +1,4 @@
-// A body that nothing moves sleeps; it wakes for a tool, and nobody feels that it slept.
+// A body at rest sleeps; it wakes for a tool, and the sleep is not felt.
 #include <catch2/catch.hpp>
 #include <chrono>
 
@@ -28,7 +28,7 @@ struct SleepBed {
     room.start(now);
   }
 
-  /// With a hand on `path` or with nobody.
+  /// Runs a frame with a hand on `path`, or without a hand.
   FrameResult frame(const Path& path = {}) {
     FrameJob job;
     job.begin = now;
@@ -48,7 +48,7 @@ struct SleepBed {
   }
 };
 
-/// Over the middle of a triangle of the top.
+/// Above the middle of a triangle of the top.
 Path at_height(double height_m) {
   return [height_m](Micros) { return Vec3(0.031, 0.028, kTop + height_m); };
 }

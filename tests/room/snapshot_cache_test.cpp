@@ -1,4 +1,4 @@
-// States of its body that a room keeps, and what its patches make of them.
+// Body states that a room keeps, and their effect on its patches.
 #include "server/room/snapshot_cache.hpp"
 
 #include <Eigen/QR>
@@ -101,7 +101,7 @@ struct Bed {
 
   explicit Bed(bool may_sleep) : sleep(may_sleep), room(box_scene(ContactKind::touch)) { room.start(now); }
 
-  /// The body and its patch with the tool at this height for so many frames, in which it gets to `beside_m`.
+  /// Runs `count` frames with the tool at this height, in which it moves to `beside_m`; returns the body and its patch.
   Room::Origin frames(double height_m, int count, double beside_m = 0) {
     const Micros begin = now;
     const double over_s = 0.05 * count;
@@ -125,7 +125,7 @@ struct Bed {
   }
 };
 
-/// Of the way from where a patch was made to `x`, the part that its modes leave out; all nodes of the bed weigh the same.
+/// Share of the displacement from the patch's origin to `x` that its modes omit; all nodes of the bed have the same mass.
 double left_out(const Room::Origin& at, const Vector& x) {
   const Vector displacement = x - at.body.x;
   const Eigen::ColPivHouseholderQR<Matrix> qr(at.modes);

@@ -19,7 +19,7 @@ class WildHands {
     room_.start(now_);
   }
 
-  /// One frame in which each hand goes for new places now and then, within `reach_m`; or away from the body.
+  /// Runs one frame in which each hand sometimes moves to a new place within `reach_m`, or away from the body.
   FrameResult frame(double reach_m, bool away = false) {
     static constexpr std::array kSchemes{Scheme::port, Scheme::hyper, Scheme::tangent, Scheme::ring, Scheme::hold};
     FrameJob job;

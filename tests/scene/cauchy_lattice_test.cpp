@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kYoungPa = 8000;
 
-/// Of small strains: each spring is stretched by L n.e.n.
+/// Energy at small strains: each spring is stretched by L n.e.n.
 double energy_of(const LumpedBody& body, const Mat3& strain) {
   double energy = 0;
   for (const Element& e : body.elements) {
@@ -23,7 +23,7 @@ double energy_of(const LumpedBody& body, const Mat3& strain) {
   return energy;
 }
 
-/// lambda/2 (tr e)^2 + mu e:e, times the volume; of a sheet under plane stress.
+/// lambda/2 (tr e)^2 + mu e:e, times the volume; for a sheet under plane stress.
 double energy_of_continuum(const Mat3& strain, double volume_m3, bool planar) {
   const double nu = planar ? kCauchyPoissonOfSheet : kCauchyPoisson, mu = kYoungPa / (2 * (1 + nu));
   const double lambda = planar ? kYoungPa * nu / (1 - nu * nu) : kYoungPa * nu / ((1 + nu) * (1 - 2 * nu));
@@ -89,7 +89,7 @@ TEST_CASE("A layer of springs takes the cells in it, and a spring between two la
   int seen = 0;
   for (const Element& e : scene.body.elements) {
     const Vec3 &a = scene.body.nodes[e.a], &b = scene.body.nodes[e.b];
-    if (a.z() != b.z() || (b - a).norm() > 0.0101) continue;  // edges that lie
+    if (a.z() != b.z() || (b - a).norm() > 0.0101) continue;  // horizontal edges
     const double below = a.z() < 0.015 ? 2000 : 0, above = a.z() > 0.005 ? 8000 : 0;
     CHECK(e.stiffness_n_m == Approx(own * (below + above) / 4));
     CHECK(e.damping_n_s_m == Approx(own * (0.01 * below + 0.02 * above) / 4));

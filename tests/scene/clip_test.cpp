@@ -1,4 +1,4 @@
-// Lattices cut to a shape: closed smooth surfaces, true volumes, no squashed cells.
+// Lattices cut to a shape: closed smooth surfaces, accurate volumes, no squashed cells.
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -97,7 +97,7 @@ TEST_CASE("The organ is one smooth closed body of about 1500 nodes", "[scene]") 
   CHECK(check_edges(body.triangles).closed());
   CHECK(euler_characteristic(body.triangles) == 2);
   CHECK(signed_volume(body.triangles, body.nodes) > 0);
-  // Smooth: neighbouring triangles never turn by more than 60 degrees.
+  // Smooth: neighbouring triangles never differ by more than 60 degrees.
   std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> normal_at;
   double sharpest = 1;
   for (const Triangle& t : body.triangles) {
@@ -111,7 +111,7 @@ TEST_CASE("The organ is one smooth closed body of about 1500 nodes", "[scene]") 
   CHECK(sharpest > 0.5);
 }
 
-/// Nodes of the eight cells' corners around every node: the outside is a manifold when each node's triangles form one closed fan.
+/// The outside is a manifold if the triangles at each node form one closed fan.
 bool fans_are_whole(const std::vector<Triangle>& triangles) {
   std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> next;
   for (const Triangle& t : triangles) {
@@ -174,7 +174,7 @@ TEST_CASE("A smooth union bulges by a quarter of the blend where the parts meet 
 }
 
 TEST_CASE("The distance to a mesh agrees with a search through all its triangles, sign included", "[scene]") {
-  // A cube, whose edges and corners are where a sign from the nearest face alone would go wrong.
+  // A cube, at whose edges and corners a sign from the nearest face alone would be wrong.
   TriangleMesh cube;
   for (int i = 0; i < 8; ++i) cube.vertices.push_back(Vec3(i & 1, i >> 1 & 1, i >> 2 & 1));
   cube.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},

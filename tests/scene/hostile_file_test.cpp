@@ -1,4 +1,5 @@
-// Files that mean harm: a number in them is no order for memory, a name in them opens no other folder, and a message says it.
+// Malicious files: a number in them does not determine an allocation, a name in them opens no other folder, and a message
+// explains it.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <filesystem>
@@ -14,13 +15,13 @@ using test::AddressSpace;
 using test::Folder;
 using test::replaced;
 
-constexpr std::size_t kFew = 64u << 20;  ///< bytes that a reader of a small file may take
+constexpr std::size_t kFew = 64u << 20;  ///< bytes that a reader of a small file may allocate
 
 const char* const kClipScene = R"({ "body": { "lattice": { "spacing_m": 0.01, "clip": { "mesh": { "file": "FILE" } },
   "density_kg_m3": 1000, "stiffness_n_m": 25, "damping_n_s_m": 0.1 } } })";
 const char* const kTetraScene = R"({ "body": { "mesh": { "file": "FILE", "solid": { "young_pa": 1000 } } } })";
 
-/// A tetrahedron of a tenth of a metre, in the region given.
+/// A tetrahedron of a tenth of a metre, in the given region.
 std::string gmsh_of(const std::string& region) {
   return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 0.1 0 0\n3 0 0.1 0\n4 0 0 0.1\n$EndNodes\n"
          "$Elements\n1\n1 4 2 " +

@@ -1,4 +1,4 @@
-// What a user may get wrong in a scene, and the line and words that answer.
+// Possible mistakes of a user in a scene, and the line and text of the answer.
 #include <catch2/catch.hpp>
 
 #include "common/base/error.hpp"

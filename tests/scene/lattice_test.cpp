@@ -1,4 +1,4 @@
-// Boxes and sheets against counts, positions and masses worked out apart from the code.
+// Boxes and sheets against independently computed counts, positions and masses.
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <numeric>

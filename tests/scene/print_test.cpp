@@ -1,4 +1,4 @@
-// A printed scene is the same scene.
+// A printed scene reads back as the same scene.
 #include <catch2/catch.hpp>
 
 #include "scene_files.hpp"

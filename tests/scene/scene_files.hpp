@@ -1,4 +1,4 @@
-// Scene and mesh files that the tests write for themselves, in a folder that goes away with them.
+// Scene and mesh files written by the tests, in a folder that is removed at the end.
 #pragma once
 
 #include <filesystem>
@@ -24,10 +24,10 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// The message of the InputError that loading this text ends with; empty when it loads.
+/// Message of the InputError thrown on loading this text; empty if it loads.
 std::string error_of(const Folder& folder, const std::string& text);
 
-/// The text with its first `from` replaced; fails the test when there is none.
+/// Replaces the first `from` in the text; fails the test if there is none.
 std::string replaced(std::string text, const std::string& from, const std::string& to);
 
 /// A sphere of four-fold split icosahedron faces per level.
@@ -37,7 +37,7 @@ std::string as_obj(const TriangleMesh& mesh, double scale = 1);
 std::string as_ascii_stl(const TriangleMesh& mesh);
 std::string as_binary_stl(const TriangleMesh& mesh);
 
-/// The first example of docs and contract: six nodes a side, a soft core.
+/// The first example of the documentation: six nodes a side, a soft core.
 extern const char* const kSoftCube;
 
 }  // namespace palpate::test

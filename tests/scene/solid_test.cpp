@@ -306,7 +306,7 @@ TEST_CASE("The organ can be of finite elements, and keeps its shape", "[scene][s
   const std::filesystem::path scenes = PALPATE_SOURCE_DIR "/scenes";
   const auto springs = load_scene(scenes / "organ-buckling.json").body, solid = load_scene(scenes / "organ-solid.json").body;
   REQUIRE(solid.nodes.size() == springs.nodes.size());
-  double apart = 0;  // nodes that are held back for the sake of the tetrahedra
+  double apart = 0;  // largest move of nodes held back for the sake of the tetrahedra
   for (std::size_t i = 0; i < solid.nodes.size(); ++i) apart = std::max(apart, (solid.nodes[i] - springs.nodes[i]).norm());
   CHECK(apart < 0.0051);  // half a spacing
   CHECK(check_edges(solid.triangles).closed());
@@ -335,7 +335,7 @@ TEST_CASE("Meshes of tetrahedra are read from Gmsh and VTK files of either versi
 
 TEST_CASE("Mixed cells become tetrahedra whose faces match, in whatever order they name their corners", "[scene][solid]") {
   const Folder folder;
-  // A cube, a prism and a pyramid beside it, and a tetrahedron on the pyramid: 8 + 4 + 8/3 + 4/3 mm^3.
+  // A cube, next to it a prism and a pyramid, and a tetrahedron on the pyramid: 8 + 4 + 8/3 + 4/3 mm^3.
   const std::string cells = R"(# vtk DataFile Version 3.0
 mixed
 ASCII

@@ -1,4 +1,4 @@
-// What OBJ and STL files say, against surfaces that are known.
+// Readers of OBJ and STL files, against known surfaces.
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -22,7 +22,7 @@ TEST_CASE("a polygon of any shape is cut into its area, all of its edges kept", 
   std::mt19937 random(4);
   const Mat3 turn = Eigen::Quaterniond(0.3, -0.7, 0.2, 0.6).normalized().toRotationMatrix();
   for (const int corners : {4, 5, 7, 40, 1000}) {
-    // A star: the radius is drawn anew at each corner, so that about half of them point inwards.
+    // A star: the radius is drawn at each corner, so that about half of them point inwards.
     std::vector<Vec3> x;
     double area = 0;
     for (int k = 0; k < corners; ++k) {

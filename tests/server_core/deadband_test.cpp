@@ -1,4 +1,4 @@
-// A station's patch is renewed: what is sent instead, to whom, and when not.
+// Renewal of a station's patch: what is sent instead, to which stations, and when not.
 #include "raw_station.hpp"
 
 using namespace palpate;
@@ -15,7 +15,7 @@ struct Stage {
     hand.join().lossless();
     bench.room.renews = true;
   }
-  /// A frame in which the station says what it plays; what it is sent at the end.
+  /// Runs a frame in which the station reports the patch that it plays; records what it is sent at the end.
   void frame(std::uint32_t playing) {
     bench.sent.clear();
     for (int ms = 0; ms < 50; ++ms) {
@@ -68,7 +68,7 @@ TEST_CASE("a station gets patches until it says which it plays, then a beat that
   CHECK(stage.bench.core.stations().at(0).counts.renewed == 1);
   CHECK(beats[0].contact_in_reach);
   CHECK(std::abs((beats[0].body_time - stage.hand.clock()).count()) <= 2000);
-  // One that plays something without all that belongs to it has to be sent the next whole one.
+  // A station that plays a patch without all of its parts has to be sent the next complete one.
   stage.frame(0);
   CHECK(stage.patches() == std::vector<std::uint32_t>{sent[0] + 1});
 }

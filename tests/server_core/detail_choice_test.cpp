@@ -57,10 +57,10 @@ TEST_CASE("what nobody has measured is tried, but not over a link that loses muc
 
 TEST_CASE("a cost that swings about the threshold does not make the scheme flap") {
   DetailChoice near, far;
-  // Within the hysteresis: given up once, never back.
+  // Within the hysteresis: dropped once, never chosen again.
   CHECK(changes_in(near, 600,
                    [](Micros t) { return cost_of(t.count() % 300'000 < 150'000 ? Micros{34'000} : Micros{36'000}); }) <= 1);
-  // Beyond it, with a period that lets it come back each time at first: two changes for each doubling of the wait, no more.
+  // Beyond it, with a period that lets it return each time at first: two changes for each doubling of the wait, no more.
   CHECK(changes_in(far, 600,
                    [](Micros t) { return cost_of(t.count() % 10'000'000 < 8'000'000 ? Micros{10'000} : Micros{40'000}); }) <= 6);
 }

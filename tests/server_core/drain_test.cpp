@@ -1,4 +1,4 @@
-// How a server ends: newcomers are refused, who is there stays, and goodbyes go out as often as they are asked for.
+// Shutdown of a server: newcomers are refused, existing sessions stay, and goodbyes are repeated on request.
 #include "raw_station.hpp"
 
 using namespace palpate;
@@ -54,7 +54,7 @@ TEST_CASE("a goodbye is said again with the station's own numbers, and who heard
     CHECK(reason(message) == RefuseReason::shutting_down);
     CHECK(message.instance == hand.as.instance);
     CHECK(message.station == hand.as.station);
-    CHECK(message.clock.echo == hand.clock());  // of the newest that it said
+    CHECK(message.clock.echo == hand.clock());  // echo of the newest datagram that it sent
   }
   CHECK(reason(hand.ask()) == RefuseReason::shutting_down);
   CHECK(bench.core.counts().told_goodbye == 1);

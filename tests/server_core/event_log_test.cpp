@@ -1,4 +1,4 @@
-// The lines of the server's log, and how many of them there are at most.
+// The lines of the server's log, and their limits.
 #include "server/io/event_log.hpp"
 
 #include <catch2/catch.hpp>
@@ -59,7 +59,7 @@ TEST_CASE("a flood of one kind of event gets its burst and then a line a second,
   std::size_t in_a_day = 0;
   for (int second = 2; second < 86'400; ++second) in_a_day += log.tell("refused", 2, begin + std::chrono::seconds(second));
   CHECK(in_a_day == 86'398);
-  CHECK(log.tell("refused", 1'000, begin + 100'000s) == EventLimit::kBurst);  // it has filled again, not beyond its size
+  CHECK(log.tell("refused", 1'000, begin + 100'000s) == EventLimit::kBurst);  // it has refilled, up to its size
 }
 
 TEST_CASE("sorts of one kind do not take each other's lines, and what the operator began is always said") {

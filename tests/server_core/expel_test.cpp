@@ -20,7 +20,7 @@ TEST_CASE("a peer whose key does not count any more is told so with an echo of i
   CHECK(to == 1);
   CHECK(reason(told) == RefuseReason::unknown_station);
   CHECK(told.station == out.as.station);
-  CHECK(told.clock.echo == said);  // without it a client would not believe that
+  CHECK(told.clock.echo == said);  // without it a client would ignore the goodbye
   stays.say(Beat{});
   CHECK(bench.core.counts().unknown_station == 0);
 }

@@ -1,4 +1,4 @@
-// A room without a body: it answers jobs with patches that hold a constant force, and notes what it was asked.
+// A room without a body: it answers jobs with patches of constant force, and records the jobs.
 #pragma once
 
 #include <vector>
@@ -27,10 +27,10 @@ struct FakeRoom {
   bool in_reach = true;
   bool fail = false;
   bool asleep = false;
-  bool renews = false;          ///< what a station plays stands for the next patch, for a second
-  Micros valid_for{1'000'000};  ///< of its patches
-  Scheme built = Scheme::hold;  ///< whatever is asked for
-  NonlinearTerms terms;         ///< that go with its patches
+  bool renews = false;          ///< true: the patch that a station plays is renewed, for a second
+  Micros valid_for{1'000'000};  ///< validity of its patches
+  Scheme built = Scheme::hold;  ///< scheme of its patches, whatever is requested
+  NonlinearTerms terms;         ///< terms of its patches
   Micros step_took{}, patches_took{};
   Vec3 force{0, 0, 1};  ///< on tools
   std::vector<StationId> too_dear;

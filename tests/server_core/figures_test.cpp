@@ -1,4 +1,4 @@
-// What a server counts for those who watch it.
+// Counters of a server for monitoring.
 #include "server/core/bin_counts.hpp"
 #include "server/core/station_links.hpp"
 
@@ -84,8 +84,8 @@ TEST_CASE("late ticks are summed over stations that come and go, from what each 
   CHECK(links.ticks_late == 0);
   links.observe({station(1, 103), station(2, 50)});
   links.observe({station(2, 51)});
-  links.observe({station(2, 10), station(1, 500)});  // its loop began anew
+  links.observe({station(2, 10), station(1, 500)});  // its loop was restarted
   links.observe({station(2, 11), station(1, 500)});
   CHECK(links.ticks_late == 3 + 1 + 1);
-  CHECK(links.rtt_seconds.count() == 0);  // nobody has said anything of it
+  CHECK(links.rtt_seconds.count() == 0);  // no station has reported it
 }

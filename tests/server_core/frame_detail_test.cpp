@@ -1,4 +1,4 @@
-// Whose patches there is time for, by FrameDetail alone.
+// Selection of the stations whose patches have time, by FrameDetail alone.
 #include "server/core/frame_detail.hpp"
 
 #include <catch2/catch.hpp>

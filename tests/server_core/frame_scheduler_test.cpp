@@ -1,4 +1,4 @@
-// When frames begin and how far they go, by FrameScheduler and playout() alone: stations are plain values here.
+// Begin and extent of frames, by FrameScheduler and playout() alone: stations are plain values here.
 #include "server/core/frame_scheduler.hpp"
 
 #include <catch2/catch.hpp>

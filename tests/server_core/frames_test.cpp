@@ -33,7 +33,7 @@ TEST_CASE("a frame goes up to the newest sample and has all that led there") {
   RawStation hand(bench, 1, "hand");
   hand.clock_offset = -4s;
   hand.join().live();
-  // From now on a datagram takes 30 ms: what arrives was read 30 ms ago.
+  // From now on a datagram takes 30 ms: an arriving sample was read 30 ms ago.
   for (int i = 0; i < 200; ++i) {
     bench.now += 1ms;
     if (i >= 30) hand.say_samples({hand.sample(30ms)});
@@ -128,7 +128,7 @@ TEST_CASE("Samples that stay out are waited for as long as they are late now and
   RawStation quick(bench, 1, "quick"), shaky(bench, 2, "shaky");
   quick.join();
   shaky.join();
-  // Its samples are 4 ms old when they come; in `held` of every 50 ms none does.
+  // Its samples are 4 ms old when they come; for `held` ms of every 50 none does.
   const auto run = [&](int ms, int held) {
     for (int i = 0; i < ms; ++i) {
       bench.now += 1ms;
@@ -244,7 +244,7 @@ TEST_CASE(
 TEST_CASE("a room that could keep up and was late once catches up") {
   Bench bench;
   bench.wait(50ms);
-  // A frame takes 20 ms and 0.4 of what it advances the body by: 40 ms of 50, 60 where it goes over two.
+  // A frame takes 20 ms plus 0.4 of its body time: 40 ms for 50, 60 if it spans two.
   std::optional<FrameJob> out;
   Micros ends{}, begun = bench.now;
   for (int i = 0; i < 2000; ++i) {
@@ -335,7 +335,7 @@ TEST_CASE("a patch that fits no datagram is counted and a beat goes instead") {
   hand.say_samples({hand.sample()});
   bench.core.tick(bench.now);
   auto result = bench.room.run(*bench.core.next_job(bench.now));
-  result.stations[0].patch->tool = Vec3(1e300, 0, 0);  // further than the wire carries
+  result.stations[0].patch->tool = Vec3(1e300, 0, 0);  // beyond the range of the wire
   bench.core.finish(result, bench.now);
   bench.collect();
   CHECK(bench.core.stations()[0].counts.patch_too_big == 1);
@@ -355,7 +355,7 @@ TEST_CASE("a station whose samples stay out for longer than a patch is valid get
     bench.sent.clear();
     for (const auto end = bench.now + time; bench.now < end;) {
       bench.wait(50ms);
-      hand.say(Beat{});  // it lives, and so does its way
+      hand.say(Beat{});  // keeps the session and its path alive
       shadow.say(Beat{});
     }
     return std::count_if(bench.sent.begin(), bench.sent.end(),
@@ -376,7 +376,7 @@ TEST_CASE("a room that is far behind leaves out what it cannot make up for, and 
   const Micros before = bench.core.body_time();
   bench.now += 800ms;
   bench.tick();
-  CHECK(bench.room.jobs.back().begin == before);  // made up for
+  CHECK(bench.room.jobs.back().begin == before);  // made up
   CHECK(bench.core.counts().left_out == Micros{});
   bench.wait(500ms);
   CHECK(bench.now - bench.core.body_time() < 60ms);

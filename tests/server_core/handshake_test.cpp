@@ -63,7 +63,7 @@ TEST_CASE("a station that leaves its name to the server gets one like it, and ke
   CHECK(name_given(named) == "hand");
   CHECK(name_given(second) == "hand-2");
   CHECK(name_given(second) == "hand-2");
-  second.hello.station = "hand-2";  // as a client asks that joins again
+  second.hello.station = "hand-2";  // as a rejoining client asks
   CHECK(name_given(second) == "hand-2");
   CHECK(name_given(third) == "hand-3");
   CHECK(name_given(back) == "hand-4");
@@ -133,7 +133,7 @@ TEST_CASE("another wire version is refused, and no answer is larger than its que
   std::array<std::byte, kMaxDatagramBytes> bytes;
   const auto size = encode(hello, bytes);
   int refused = 0;
-  // Where the version stands is the codec's business: change each byte and see which change is answered as a version.
+  // The position of the version is internal to the codec: change each byte and see which change is answered as a version.
   for (std::size_t i = 0; i < size; ++i) {
     auto changed = bytes;
     changed[i] = static_cast<std::byte>(std::to_integer<int>(changed[i]) ^ 0x40);
@@ -235,13 +235,13 @@ TEST_CASE("two servers of whatever versions, told of each other by a forged data
     bench.collect();
     return bench.sent.size();
   };
-  // Every reason, with as long a text as it may have.
+  // Every reason, with the longest possible text.
   for (std::uint8_t reason = 0; reason < 32; ++reason) {
     const Message refusal{42, 5, 1, {}, Refuse{static_cast<RefuseReason>(reason), std::string(200, 'x')}};
     std::array<std::byte, kMaxDatagramBytes> bytes;
     const std::size_t size = encode(refusal, bytes);
     CHECK(answers_to(std::span(bytes).first(size)) == 0);
-    // The same of another version.
+    // The same with another version.
     for (std::size_t i = 0; i < size; ++i) {
       auto changed = bytes;
       changed[i] = static_cast<std::byte>(std::to_integer<int>(changed[i]) ^ 0x40);

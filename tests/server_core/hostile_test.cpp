@@ -1,4 +1,4 @@
-// What strangers, forgers and greedy stations can do to a room: nothing that its stations would notice.
+// Strangers, forgers and greedy stations have no effect on a room that its stations would notice.
 #include <map>
 
 #include "raw_station.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr PeerId kVictim = 77;
 
-/// Bytes that went out to a peer since the last look.
+/// Bytes sent to a peer since the last look.
 std::size_t bytes_to(const Bench& bench, PeerId peer) {
   std::size_t bytes = 0;
   for (std::size_t k = 0; k < bench.sent.size(); ++k)
@@ -47,7 +47,7 @@ struct CostlyRoom : Bench {
     sent.clear();
     sizes.clear();
   }
-  /// All of them push or look on for so long.
+  /// Runs all stations, pushing or viewing, for this time.
   void live(std::vector<RawStation>& all, Micros time) {
     for (const Micros end = now + time; now < end;) {
       now += 1ms;
@@ -72,7 +72,7 @@ TEST_CASE("nobody is proven at an address with what others are told: neither by 
   const Message own = thief.ask();
   bench.deliver(1, Message{12345, 999, 1, {}, Beat{}});
   const Message refusal = bench.sent.back().second;
-  CHECK(refusal.instance == 12345);  // what was said, and nothing of ours
+  CHECK(refusal.instance == 12345);  // the sender's own number, and nothing of ours
   Message hello;
   hello.body = Hello{"victim", Role::viewer, Scheme::port, 0, ""};
   bench.sent.clear();
@@ -158,7 +158,7 @@ TEST_CASE(
   hand.join().lossless().live();
   Message poison = hand.as;
   poison.clock = hand.sync.stamp(hand.clock());
-  poison.clock.sent = std::min(poison.clock.sent + ahead, Micros{10'000'000'000'000'000});  // the most that the wire carries
+  poison.clock.sent = std::min(poison.clock.sent + ahead, Micros{10'000'000'000'000'000});  // largest value on the wire
   poison.body = Samples{{{hand.clock() + std::min(ahead, Micros{10'000'000}), Vec3(1, 1, 1)}}};
   bench.deliver(1, poison);
   for (int k = 0; k < 30; ++k) {
@@ -249,7 +249,7 @@ TEST_CASE("62 hands that ask for the dearest scheme, or 8 shadows, leave the fir
     others += peer != 1 ? count : 0;
   }
   CHECK(bench.patches.size() == all.size());
-  CHECK(others >= 190);  // one a frame: what the time is enough for
+  CHECK(others >= 190);  // one per frame, as far as the time allows
 }
 
 TEST_CASE("a room whose body failed tells its stations and whoever comes, and begins no frame") {

@@ -1,4 +1,4 @@
-// A room in which the body sleeps and nobody is does nothing at all, and goes on as if it had never stopped.
+// An empty room whose body sleeps does nothing at all, and later continues as if it had never stopped.
 #include "raw_station.hpp"
 #include "server/core/server_rooms.hpp"
 
@@ -7,7 +7,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Ticks of the server until `end`, each at its own deadline; a real one wakes for nothing else but datagrams.
+/// Ticks the server until `end`, each time at its own deadline, as a real one wakes for nothing else but datagrams; returns their
+/// number.
 int wake_ups(Bench& bench, Micros end) {
   int ticks = 0;
   for (; bench.core.deadline() <= end; ++ticks) {
@@ -87,7 +88,7 @@ TEST_CASE(
   CHECK(counts.frames_asleep == counts.frames);
   CHECK(counts.steps == 0);
   CHECK(bench.last<Beat>(1));
-  bench.core.take(std::array<std::byte, 3>{}, 9, bench.now);  // noise wakes nobody
+  bench.core.take(std::array<std::byte, 3>{}, 9, bench.now);  // noise wakes no room
   bench.now += kGoneAfter;
   bench.tick();
   CHECK(bench.core.station_count() == 0);
@@ -112,7 +113,7 @@ TEST_CASE("A server wakes for the room that has somebody, and for no other") {
   hello.body = Hello{"hand", Role::haptic, Scheme::port, 0, "", "room 7"};
   std::array<std::byte, kMaxDatagramBytes> bytes;
   rooms.take(std::span(bytes).first(encode(hello, bytes)), 1, 2s);
-  CHECK(rooms.deadline() == Micros::max());  // who has not shown that it is there wakes nobody
+  CHECK(rooms.deadline() == Micros::max());  // an unproven handshake wakes nothing
   PeerId to = 0;
   REQUIRE(decode(std::span(bytes).first(rooms.emit(bytes, to, 2s)), hello) == WireFault::none);
   hello.body = Beat{};

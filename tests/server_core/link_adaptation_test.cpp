@@ -1,4 +1,4 @@
-// What the server makes of a station's link: how old its patches get, how often they are sent and for how long they are valid.
+// The server's adaptation to a station's link: age of its patches, number of copies, and validity.
 #include <map>
 
 #include "raw_station.hpp"
@@ -11,7 +11,7 @@ TEST_CASE("the prediction horizon of a patch is round trip, computation and fram
   Bench bench;
   RawStation hand(bench, 1, "hand");
   hand.join();
-  // Every answer is heard 60 ms after it was sent, every word of the station is heard at once.
+  // Every answer arrives 60 ms after it was sent; every datagram of the station arrives at once.
   std::deque<std::pair<Micros, Message>> under_way;
   for (int i = 0; i < 6000; ++i) {
     bench.now += 1ms;
@@ -119,7 +119,7 @@ TEST_CASE("a station that gets patches is told four times a second how its datag
 
 namespace {
 
-/// In how many datagrams each patch of the next second comes, by its seq.
+/// Number of datagrams with each patch of the next second, by its seq.
 std::map<std::uint32_t, int> copies_in_a_second(Bench& bench, RawStation& hand) {
   bench.sent.clear();
   hand.live(Micros{1'000'000});
@@ -147,7 +147,7 @@ TEST_CASE("patches go as many times as keeps them from getting lost, twice until
   CHECK(copies({1000, 0, 0, {}}) == 2);
   CHECK(copies({1000, 40, 2, {}}) == 4);    // 0.04^2 = 0.16 %
   CHECK(copies({1000, 50, 2, {}}) == 6);    // 0.05^2 = 0.25 %
-  CHECK(copies({1000, 500, 20, {}}) == 6);  // no more
+  CHECK(copies({1000, 500, 20, {}}) == 6);  // the maximum
   CHECK(copies({1000, 2, 1, {}}) == 2);
 }
 

@@ -1,4 +1,4 @@
-// A full room: each station with its own delay, clock, loss and scheme, and what the others do not notice of it.
+// A full room: each station with its own delay, clock, loss and scheme, and without effect on the others.
 #include "raw_station.hpp"
 
 #include "common/base/random.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kHands = 16, kViewers = 4;
 
-/// A station whose samples are `lag` old when they come, or do not come.
+/// A station whose samples arrive with age `lag`, or not at all.
 struct Hand : RawStation {
   Micros lag;
   double loss;
@@ -80,7 +80,7 @@ TEST_CASE("Sixteen hands with delays of their own and four viewers share a room:
     }
     if (!patch) continue;
     ++patches[to - 1];
-    // The slowest is 45 ms late: nobody waits that long for it, and a frame comes within a period.
+    // The slowest is 45 ms late: no station waits that long for it, and a frame comes within a period.
     const Hand& hand = *full.hands[to - 1];
     const Micros age = hand.clock() - patch->patch.stamp;
     CHECK(age > -2ms);
@@ -143,7 +143,7 @@ TEST_CASE("A hand that crashed comes back under its name from another address, w
   CHECK(full.bench.room.jobs.size() >= frames + 5);
   CHECK(full.bench.room.jobs.back().stations.size() == kHands);
   CHECK(full.bench.core.stations().back().counts.patches > 0);
-  // The dead one's address is a stranger's.
+  // The crashed station's address now belongs to a stranger.
   full.bench.sent.clear();
   crashed.say(Beat{});
   CHECK(reason(full.bench.sent.back().second) == RefuseReason::unknown_station);

@@ -1,4 +1,4 @@
-// What frames become for stations, by PatchSender alone.
+// Messages for stations from frames, by PatchSender alone.
 #include "server/core/patch_sender.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// A station made of bare messages: it says exactly what a test wants, right or wrong.
+// A station made of bare messages, valid or not as the test requires.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Server with a fake room, stepped a millisecond at a time; datagrams arrive at once unless a test holds them back.
+/// Server with a fake room, stepped in milliseconds; datagrams arrive at once unless a test holds them back.
 struct Bench {
   ServerCore core;
   FakeRoom room;
@@ -50,7 +50,7 @@ struct Bench {
       tick();
     }
   }
-  /// Newest message of a kind to a peer, removed with all older ones.
+  /// Returns the newest message of a kind to a peer, and removes it with all older ones.
   template <class Kind>
   std::optional<Message> last(PeerId peer) {
     for (auto it = sent.rbegin(); it != sent.rend(); ++it)
@@ -69,7 +69,7 @@ struct RawStation {
   Hello hello;
   Micros clock_offset{};  ///< its clock minus the server's
   double drift = 0;
-  Message as;  ///< instance, id and seq of what it says
+  Message as;  ///< instance, id and seq of its messages
   ClockSync sync;
 
   RawStation(Bench& b, PeerId p, const std::string& name) : bench(b), peer(p) { hello.station = name; }
@@ -81,7 +81,7 @@ struct RawStation {
     bench.deliver(peer, as);
     ++as.seq;
   }
-  /// The server's answer.
+  /// Sends Hello and returns the server's answer.
   Message ask() {
     as.instance = 0;
     as.station = 0;
@@ -92,7 +92,7 @@ struct RawStation {
     bench.sent.clear();
     return answer;
   }
-  /// Joins and has the clocks locked.
+  /// Joins and locks the clocks.
   RawStation& join() {
     const auto answer = ask();
     REQUIRE(std::holds_alternative<Welcome>(answer.body));
@@ -102,7 +102,7 @@ struct RawStation {
     say(Beat{});
     return *this;
   }
-  /// It has heard enough to say that nothing gets lost: each patch comes once from now on.
+  /// Reports no loss over enough datagrams: from now on each patch is sent once.
   RawStation& lossless() {
     say(Beat{.link = {1000, 0, 0, {}}});
     return *this;
@@ -114,7 +114,7 @@ struct RawStation {
   }
   ToolSample sample(Micros age = {}) const { return {clock() - age, Vec3(0, 0, 0.01 * seconds(clock() - age))}; }
   void say_samples(std::vector<ToolSample> samples) { say(Samples{std::move(samples)}); }
-  /// Half a second of life: a sample each millisecond, a datagram each.
+  /// Runs for half a second: a sample per millisecond, one datagram each.
   void live(Micros time = Micros{500'000}) {
     for (const auto end = bench.now + time; bench.now < end;) {
       bench.now += Micros{1'000};
@@ -127,7 +127,7 @@ struct RawStation {
 inline RefuseReason reason(const Message& answer) {
   REQUIRE(std::holds_alternative<Refuse>(answer.body));
   const auto& refuse = std::get<Refuse>(answer.body);
-  CHECK((refuse.reason == RefuseReason::unknown_station || !refuse.message.empty()));  // there a text may not fit
+  CHECK((refuse.reason == RefuseReason::unknown_station || !refuse.message.empty()));  // a text may not fit there
   return refuse.reason;
 }
 

@@ -1,4 +1,4 @@
-// Who asks for the body to be put back to rest gets that once.
+// A request to reset the body is fulfilled once.
 #include "raw_station.hpp"
 
 using namespace palpate;

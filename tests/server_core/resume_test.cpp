@@ -1,4 +1,4 @@
-// A body that is taken up again from a recording, and the tools that wait on it.
+// A body that is resumed from a recording, and the tools that wait on it.
 #include "server/record/resume.hpp"
 
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@ Scene scene_named(const char* name) { return load_scene(std::string(PALPATE_SOUR
 
 constexpr Micros kFrame = 50ms;
 
-/// A room with a tool that stands still, frame by frame, and its recorder; no network.
+/// A room with a tool at rest, frame by frame, and its recorder; no network.
 struct Pressed {
   Scene scene;
   Room room{scene};
@@ -29,7 +29,7 @@ struct Pressed {
   explicit Pressed(Micros begin = 10s, Scene of = scene_named("touch-cube.json")) : scene(std::move(of)), at(begin) {
     room.start(begin);
   }
-  /// `tool`: of station 7, which is not there without one.
+  /// `tool` is that of station 7; without it the station is absent.
   const FrameResult& frame(const std::optional<Vec3>& tool, bool reset = false) {
     FrameJob job;
     job.begin = at;
@@ -89,7 +89,7 @@ RecordedCheckpoint checkpoint_of(const FrameResult& result, std::vector<Recorded
   return checkpoint;
 }
 
-/// What a recording that ends now has for who takes the body up again.
+/// Resume point of a recording that ends now.
 std::optional<ResumePoint> recorded(const Pressed& world, const Vec3& tool) {
   RecordingWriter writer(head_of(world.scene));
   writer.add(checkpoint_of(world.last, {{"hand", tool}}));
@@ -129,7 +129,7 @@ TEST_CASE("a body that is taken up again stays as it was while its tools wait, a
   for (int k = 0; k < 80; ++k) most = std::max(most, farthest(after.frame(std::nullopt).state->x, was));
   CHECK(after.last.stations.empty());
   CHECK(after.absent.holds().size() == 1);
-  // What the friction held under the tool may settle anew: a fiftieth of the depth.
+  // Friction under the tool may settle again: a fiftieth of the depth.
   CHECK(most < depth / 50);
   const Vec3 force = before.last.stations.front().force;
   after.here = {report(7, "hand")};
@@ -173,7 +173,7 @@ TEST_CASE("a tool whose station does not come back lets go after ten seconds, an
     Pressed after(500s);
     after.room.resume(before.last.state->x, before.last.state->v);
     after.absent = AbsentHands({{"hand", tool}});
-    after.here = {report(7, "another")};  // who is not the one does not take it over
+    after.here = {report(7, "another")};  // another station does not take it over
     const int frames = reset ? 5 : static_cast<int>(AbsentHands::kLongest / kFrame) - 1;
     for (int k = 0; k < frames; ++k) after.frame(std::nullopt);
     REQUIRE(farthest(after.last.state->x, rest) > 0.005);

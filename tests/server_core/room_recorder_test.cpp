@@ -1,4 +1,4 @@
-// What a room's recording holds of stations that live with a core and a room without a body.
+// A room's recording of stations with a core and a room without a body.
 #include "server/record/room_recorder.hpp"
 
 #include "common/record/reader.hpp"
@@ -24,7 +24,7 @@ struct RecordedBench {
     head.surface = recorded_surface(std::vector<Vec3>(400, Vec3::Zero()), {{0, 1, 2}, {2, 1, 399}}, 77);
     return head;
   }
-  /// What the server's shell does.
+  /// Does the work of the server's shell.
   void tick() {
     bench.core.tick(bench.now);
     if (auto job = bench.core.next_job(bench.now)) {
@@ -88,7 +88,7 @@ TEST_CASE("every sample that reached the body is recorded once, in the server's 
   }
   CHECK(frames == recorded.bench.core.counts().frames);
   const auto sent = recorded.bench.core.stations().front().counts;
-  CHECK(2 * touches == sent.patches);  // each goes twice to a hand that does not say what it loses
+  CHECK(2 * touches == sent.patches);  // each is sent twice to a hand that does not report its loss
   CHECK(2 * patch_bytes == sent.patch_bytes);
   CHECK(shapes >= 5);
   CHECK(links >= 7);

@@ -1,4 +1,4 @@
-// Several rooms behind one socket, and a room that has not enough time.
+// Several rooms behind one socket, and a room with too little time.
 #include "server/core/server_rooms.hpp"
 
 #include "raw_station.hpp"
@@ -29,7 +29,7 @@ struct Rooms {
     REQUIRE(answers == 1);
     return answer;
   }
-  /// As the station that `welcome` made of it.
+  /// Sends as the station that `welcome` describes.
   void say(PeerId from, const Message& welcome, Body body) {
     std::array<std::byte, kMaxDatagramBytes> bytes;
     const Message message{welcome.instance, welcome.station, 1, {}, std::move(body)};

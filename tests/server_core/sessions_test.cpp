@@ -1,4 +1,4 @@
-// Who is in a room, without frames: what Sessions alone answers to what strangers and stations say.
+// Sessions of a room without frames: answers of Sessions alone to strangers and stations.
 #include "server/core/sessions.hpp"
 
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@ namespace {
 struct Door {
   Sessions sessions{test_facts(), ServerOptions{.draw = repeatable(42)}};
   Micros now{1s};
-  std::vector<std::byte> answer;  ///< the last one, empty when there was none
+  std::vector<std::byte> answer;  ///< the last one, empty if there was none
   PeerId answered = 0;
 
   Station* say(PeerId from, const Message& message, std::size_t size = kHelloBytes) {

@@ -27,7 +27,7 @@ TEST_CASE("a shadow gets the stamps of the hand to the microsecond, whatever the
   Bench bench;
   RawStation hand(bench, 1, "hand"), near(bench, 2, "near"), far(bench, 3, "far");
   hand.clock_offset = near.clock_offset = 77s;
-  far.clock_offset = 77s + 76ms;  // as after a step of the clock that its long way hides
+  far.clock_offset = 77s + 76ms;  // as after a clock step hidden by its long delay
   hand.join();
   near.hello.shadow_of = far.hello.shadow_of = "hand";
   bench.now += 3ms;
@@ -216,6 +216,6 @@ TEST_CASE("a mesh hash tells one topology, one rest position and one fixed node 
   CHECK(facts.mesh_hash == facts_of(a, Vec3::Ones()).mesh_hash);
   for (const auto& other : {turned, moved, fixed}) CHECK(facts.mesh_hash != facts_of(other, Vec3::Zero()).mesh_hash);
   CHECK(facts.nodes == 5);
-  REQUIRE(facts.mesh.vertices.size() == 4);  // what no triangle uses is not shown
+  REQUIRE(facts.mesh.vertices.size() == 4);  // a vertex that no triangle uses is not shown
   for (std::size_t v = 0; v < 4; ++v) CHECK(facts.mesh.vertices[v].rest == a.body.nodes[facts.node_of[v]]);
 }

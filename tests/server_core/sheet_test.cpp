@@ -1,4 +1,4 @@
-// What viewers are sent of a planar body.
+// Data for viewers of a planar body.
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,7 @@ TEST_CASE("a sheet of springs is shown whole: each cell once, all turned the sam
   double area = 0;
   for (const Triangle& t : facts.mesh.triangles) {
     const Vec3 twice = doubled_area(facts.mesh, t);
-    CHECK(twice.z() == Approx(0.01 / 144).epsilon(1e-3));  // vertices go in steps
+    CHECK(twice.z() == Approx(0.01 / 144).epsilon(1e-3));  // vertices are quantised
     area += twice.z() / 2;
   }
   CHECK(area == Approx(0.1 * 0.1).epsilon(1e-3));

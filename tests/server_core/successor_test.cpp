@@ -1,4 +1,4 @@
-// A newer session of a station's own key, which crashed and was started again, gets its name and seat.
+// A newer session with a station's own key, after a crash and restart, gets its name and seat.
 #include "raw_station.hpp"
 
 using namespace palpate;
@@ -6,12 +6,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Peers 10, 11, 12 are sessions of one key, the later the newer; all others have keys of their own.
+/// Peers 10, 11, 12 are sessions of one key, later ones newer; all others have their own keys.
 struct Keyed : Bench {
   explicit Keyed(bool keys = true) {
     if (keys) core.know_successors([](PeerId a, PeerId b) { return a > b && a / 10 == b / 10; });
   }
-  /// Asks every 250 ms, as a client does that hears nothing, and then once a second. When it was let in; nothing within 4 s.
+  /// Asks every 250 ms, like a client without an answer, and then once a second. Returns the time until it joined; empty within 4
+  /// s.
   std::optional<Micros> asks_until_in(RawStation& station, const std::function<void()>& meanwhile = {}) {
     const Micros from = now;
     for (Micros next = now; now < from + 4s; wait_with(1ms, meanwhile)) {
@@ -43,7 +44,7 @@ struct Keyed : Bench {
   }
 };
 
-/// Says what it has, and hears what it is sent, every 20 ms.
+/// Sends and receives everything every 20 ms.
 std::function<void()> lives(Keyed& bench, RawStation& station) {
   return [&bench, &station, next = bench.now]() mutable {
     if (bench.now < next) return;
@@ -62,7 +63,7 @@ TEST_CASE("A station that crashed is in again as soon as its own key asks, witho
     dead.join().live();
     const auto in = bench.asks_until_in(again);
     REQUIRE(in);
-    CHECK(*in == (keys ? Micros{250ms} : Micros{2s}));  // refused at once and a second later, in at the third time
+    CHECK(*in == (keys ? Micros{250ms} : Micros{2s}));  // refused at once and a second later, admitted at the third attempt
     CHECK(bench.core.station_count() == 1);
     CHECK(bench.has(again));
     CHECK(bench.core.counts().replaced == 1);
@@ -106,7 +107,7 @@ TEST_CASE("Of two that live with one key and name neither takes the other's seat
   CHECK(bench.has(first));
   CHECK(bench.core.counts().replaced == 0);
   CHECK(bench.core.counts().refused[static_cast<std::size_t>(RefuseReason::name_taken)] >= 3);
-  // Silent for long enough it goes, and the newer one, which lives, is safe from it.
+  // After enough silence it is removed, and the newer live one is safe from it.
   REQUIRE(bench.asks_until_in(second));
   CHECK_FALSE(bench.asks_until_in(first, lives(bench, second)));
   CHECK(bench.has(second));

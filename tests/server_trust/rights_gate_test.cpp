@@ -14,7 +14,7 @@ struct Gated {
   PublicKey key = public_of(secret_of(kStationSeed));
   Rights rights = rights_of("OR 3");
   Micros now{1'000'000};
-  bool anew = false;  ///< of the last Hello
+  bool anew = false;  ///< result of the last Hello
 
   std::optional<Refuse> ask(Hello& hello, ChannelPeer from = 1) {
     Message message;

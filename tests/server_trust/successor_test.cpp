@@ -1,4 +1,4 @@
-// Which of two sessions of one key is the newer, as the rooms ask.
+// Decides which of two sessions of one key is the newer, as the rooms ask.
 #include <catch2/catch.hpp>
 
 #include "server/trust/server_trust.hpp"
@@ -23,7 +23,7 @@ struct Site {
     sent.push_back(datagram);
     trust.take(std::as_bytes(std::span(datagram)), address_of(host, 4711), now);
   }
-  /// A program with this key that says something; the number of its session.
+  /// Runs a program with this key that sends something; returns the number of its session.
   ChannelPeer join(std::uint64_t key, int host, std::uint64_t seed) {
     ClientChannel client(client_keys(key), 5, seeded(seed), now);
     Datagram out(kMaxSealedBytes), answer(kMaxSealedBytes), plain(kMaxSealedBytes);

@@ -10,10 +10,10 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Two clocks and a link between them. Our side's datagrams and the peer's alternate; delays are drawn per datagram.
+/// Two clocks and a link between them. Datagrams of both sides alternate; delays are drawn per datagram.
 struct Pair {
   Micros offset{};      // peer clock - our clock at t = 0
-  double drift = 0;     // of the peer's clock
+  double drift = 0;     // drift of the peer's clock
   Micros there = 20ms;  // least delays
   Micros back = 20ms;
   Micros jitter = 0ms;
@@ -138,7 +138,7 @@ TEST_CASE("stamps that claim the impossible are ignored") {
   for (int i = 0; i < 10; ++i) pair.exchange();
   const auto offset = pair.ours.offset();
   const auto count = pair.ours.exchanges();
-  pair.ours.take({pair.peer_clock(pair.now), pair.now + 1s, 0ms}, pair.now);   // echoes a datagram of the future
+  pair.ours.take({pair.peer_clock(pair.now), pair.now + 1s, 0ms}, pair.now);   // echo of a future datagram
   pair.ours.take({pair.peer_clock(pair.now), pair.now - 30s, 0ms}, pair.now);  // round trip of half a minute
   pair.ours.take({pair.peer_clock(pair.now), pair.now - 30ms, -5ms}, pair.now);
   CHECK(pair.ours.offset() == offset);

@@ -1,4 +1,4 @@
-// A request is made until it is done, and not before the server's count is known.
+// A request is repeated until it is fulfilled, and not made before the server's count is known.
 #include "common/session/reset_request.hpp"
 
 #include <catch2/catch.hpp>

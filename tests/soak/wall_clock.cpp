@@ -1,7 +1,7 @@
-// A clock on the wall that can be set under a running program: preloaded, it adds the seconds (int64) that stand in the file
-// PALPATE_WALL_CLOCK, mapped, to CLOCK_REALTIME, gettimeofday() and time(). Nothing else changes: what sleeps or waits does so by
-// the kernel's clocks. (libfaketime 0.9.10 shifts absolute sleeps on CLOCK_MONOTONIC too, also when told to leave that clock
-// alone, and a program that sleeps until its next tick then sleeps for a day.)
+// A wall clock that can be set under a running program: preloaded, it adds the seconds (int64) in the mapped file
+// PALPATE_WALL_CLOCK to CLOCK_REALTIME, gettimeofday() and time(). Nothing else changes: sleeps and waits use the kernel's
+// clocks. (libfaketime 0.9.10 also shifts absolute sleeps on CLOCK_MONOTONIC, even when configured to leave that clock alone, so
+// a program that sleeps until its next tick would sleep for a day.)
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>

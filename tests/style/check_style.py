@@ -11,6 +11,8 @@ names      a type has a name of its own: two of one name in one program are one 
 tests      every tests/**/*.cpp is compiled (COMPILE_COMMANDS is CMake's compile_commands.json); no name has a semicolon, at which
            CTest would cut it in two
 words      nothing is left marked as still to be done; the field's terms (docs/glossary.md), not those that the project once had
+comments   a comment in a header has a subject: it does not begin with "Of", "That", "What", "Whether", ..., unless it is a question
+phrases    turns of phrase at which an English reader stumbles, in documents and comments
 """
 
 import json
@@ -90,6 +92,29 @@ OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else Non
 ]]
 OLD_WORDS_PLACES = ("docs/notebook.md", "docs/glossary.md", "CHANGELOG.md", "tests/style/")  # history, the translation, this list
 FILE_NAMES = re.compile(r"\"patches_bent\"")  # a key of summary.json
+
+HEADLESS = re.compile(r"(?:Of|That|What|Whether|Where|Who|Whose|How|Which) ")
+QUESTION = re.compile(r"[^.?]*\?")
+
+BETWEEN_WORDS = r"\s+(?://+<?[ \t]*)?"  # a phrase may go over the end of a line, in a comment too
+PHRASES = [(re.compile(r"\b" + BETWEEN_WORDS.join(phrase.split()), re.I), usual) for phrase, usual in [
+    (r"as far as (?:it is|they are)\b", "name the condition"),
+    (r"it shall\b", "it must, it is to"),
+    (r"in the place of\b", "in place of, instead of"),
+    (r"to be had\b", "available"),
+    (r"(?:is|are) there to be\b", "is for, exists"),
+    (r"dearer\b", "more expensive"),
+    (r"truer\b", "more accurate"),
+    (r"goes on\b(?! (?:the|top)\b)", "continues"),
+    (r"lets? nobody in\b", "refuses new sessions"),
+    (r"nobody is let in\b", "new sessions are refused"),
+    (r"nobody hears of\b", "without fresh samples, unknown"),
+    (r"whoever asks\b", "the client, any peer"),
+    (r"forgot the way\b", "the NAT binding expired"),
+    (r"mends everything\b", "clears all faults"),
+    (r"the wish for scheme\b", "lets the server choose the scheme"),
+]]
+PHRASES_PLACES = ("docs/notebook/",)  # history
 
 TEXT = {".cpp", ".hpp", ".c", ".h", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
 
@@ -184,6 +209,51 @@ def check_words(path, text):
                 yield number, f"words: {match.group(0)}; the usual term: {term}"
 
 
+def line_comments(text):
+    """(line, column, marker, text) of every comment to the end of its line."""
+    number, seen = 1, 0
+    for match in TOKENS.finditer(text):
+        comment, start = match.group("comment"), match.start()
+        if not comment or not comment.startswith("//"):
+            continue
+        number, seen = number + text.count("\n", seen, start), start
+        marker = re.match(r"//+<?", comment).group(0)
+        yield number, start - text.rfind("\n", 0, start) - 1, marker, comment[len(marker):].strip()
+
+
+def comment_blocks(text):
+    """(first line, text) of every block: comments in one column on lines that follow each other, the later ones alone on theirs."""
+    lines, blocks, last = text.split("\n"), [], None
+    for number, column, marker, content in line_comments(text):
+        alone = not lines[number - 1][:column].strip()
+        if alone and last == (number - 1, column, marker):
+            blocks[-1][1].append(content)
+        else:
+            blocks.append((number, [content]))
+        last = number, column, marker
+    return [(number, " ".join(contents)) for number, contents in blocks]
+
+
+def check_comments(text):
+    for number, content in comment_blocks(text):
+        match = HEADLESS.match(content)
+        if match and not QUESTION.match(content):
+            yield number, f'comments: begins with "{match.group(0).strip()}"; say what the thing is'
+
+
+def check_phrases(path, text):
+    if path.startswith(PHRASES_PLACES):
+        return
+    if not path.endswith(".md"):
+        lines = [""] * (text.count("\n") + 1)
+        for number, _, marker, content in line_comments(text):
+            lines[number - 1] = f"{marker} {content}"
+        text = "\n".join(lines)
+    for pattern, usual in PHRASES:
+        for match in pattern.finditer(text):
+            yield text.count("\n", 0, match.start()) + 1, f"phrases: {' '.join(match.group(0).split())}; say: {usual}"
+
+
 def check_registered(root, compile_commands):
     compiled = set()
     for entry in json.loads(compile_commands.read_text()):
@@ -213,6 +283,10 @@ def breaches(root, compile_commands=None):
         faults = list(check_words(path, text))
         if path.startswith("tests/") and path.endswith(".cpp") and (match := CUT_NAME.search(text)):
             faults.append((text.count("\n", 0, match.start()) + 1, "tests: a semicolon in a test's name"))
+        if file.suffix in (".md", ".cpp", ".hpp"):
+            faults += check_phrases(path, text)
+        if file.suffix == ".hpp":
+            faults += check_comments(text)
         if file.suffix in (".cpp", ".hpp") and path.split("/")[0] in SIDES:
             faults += [*check_includes(path, text), *check_code(path, text)]
             sources.append((path, text))

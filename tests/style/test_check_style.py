@@ -56,6 +56,26 @@ class CheckStyle(unittest.TestCase):
         self.assert_clean("docs/a.md", "a cubic lattice; see [12](notebook.md)\n")
         self.assert_clean("server/reduce/a.cpp", "// an accident of indentation, independent of the horizon\n")
 
+    def test_comments_without_a_subject(self):
+        for code in ("// Of the newest frame.", "/// That the server sent.", "/// What it costs\n/// in the end.", "/// Whether it is done.",
+                     "int a;  ///< Where it ends", "/// Who asked.", "/// Whose key it is.", "  // How long it takes.", "/// Which is first."):
+            self.assert_breach("server/core/a.hpp", 3, code, "comments")
+        self.assertEqual(self.found({"client/core/a.hpp": "int a;  ///< a number\n/// Of the other one.\nint b;\n"}),
+                         ['client/core/a.hpp:2: comments: begins with "Of"; say what the thing is'])
+        self.assert_clean("server/core/a.hpp", "/// Largest change of the force per tick [N].\n/// What lies beyond is clamped.\ndouble a;\n")
+        self.assert_clean("server/core/a.hpp", "// Whether to send it, and where:\n// who decides? The room does.\n")
+        self.assert_clean("server/core/a.hpp", "/// Offset of the clock.\nconst char* s = \"// Of which\";  ///< of a clock\n")
+        self.assert_clean("server/core/a.cpp", "// Of the newest frame.\n")
+
+    def test_phrases_at_which_a_reader_stumbles(self):
+        for text in ("It takes the patch in the place of the force.", "A truer patch", "the force goes on", "As far as they are known."):
+            self.assert_breach("docs/a.md", 4, text, "phrases")
+            self.assert_breach("server/body/a.cpp", 2, f"int x;  // {text}", "phrases")
+        self.assert_breach("server/body/a.hpp", 2, "/// A patch that takes over in the\n/// place of another one.", "phrases")
+        self.assert_clean("docs/notebook/0001-a.md", "what is dearer goes on\n")
+        self.assert_clean("server/body/a.cpp", 'const char* goes_on = "it goes on";  // what goes on top\nint truer = 1;\n')
+        self.assert_clean("server/body/a.py", "# in the place of\n")
+
     def test_two_types_of_one_name(self):
         types = "namespace palpate {\n\nstruct A {\n  int x;\n};\n\nnamespace {\n\nclass B : public A {\n};\n\n}  // namespace\n\n}  // namespace palpate\n"
         other = "namespace palpate {\nclass A final : public C {\n};\n}  // namespace palpate\n"

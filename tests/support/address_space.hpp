@@ -1,5 +1,5 @@
-// While it lives this process gets at most so many bytes of address space more: what takes a file at its word runs into it.
-// Sanitizers, which take theirs by the terabyte, see no limit.
+// Limits the growth of this process's address space during its lifetime: code that trusts the sizes in a file exceeds it. Under
+// sanitizers, which reserve terabytes, there is no limit.
 #pragma once
 
 #include <sys/resource.h>

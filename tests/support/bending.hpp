@@ -1,4 +1,4 @@
-// Forces beyond a patch's linear ones, asked at one place.
+// Nonlinear forces of a patch, evaluated at one place.
 #pragma once
 
 namespace palpate {

@@ -55,7 +55,7 @@ inline LumpedBody box_body(int nx, int ny, int nz, double stiffness_n_m = 60, do
   return body;
 }
 
-/// The same box filled with tetrahedra, six a cell around its diagonal (Kuhn), masses lumped.
+/// The same box filled with tetrahedra, six per cell around its diagonal (Kuhn), masses lumped.
 inline LumpedBody solid_box(int nx, int ny, int nz, const SolidMaterial& material, double density_kg_m3 = 1000) {
   LumpedBody body = box_body(nx, ny, nz);
   body.elements.clear();
@@ -80,7 +80,7 @@ inline LumpedBody solid_box(int nx, int ny, int nz, const SolidMaterial& materia
   return body;
 }
 
-/// The same box of hexahedra, one a cell.
+/// The same box of hexahedra, one per cell.
 inline LumpedBody hexa_box(int nx, int ny, int nz, const SolidMaterial& material, double density_kg_m3 = 1000) {
   LumpedBody body = box_body(nx, ny, nz);
   body.elements.clear();
@@ -104,8 +104,8 @@ inline Vec3 random_vector(Random& random, double size) {
   return {x, y, z};
 }
 
-/// Every node that is not fixed moved by up to `shift_m` and moving at up to `speed_m_s`, in every axis (a planar body: in its
-/// plane).
+/// Random state: every free node is displaced by up to `shift_m` and moves at up to `speed_m_s` along every axis (in a planar
+/// body: in its plane).
 inline BodyState random_state(const Dynamics& dynamics, std::uint64_t seed, double shift_m, double speed_m_s) {
   Random random(seed);
   BodyState s = dynamics.rest_state();
@@ -121,7 +121,7 @@ inline BodyState random_state(const Dynamics& dynamics, std::uint64_t seed, doub
 
 inline Vec3 node_of(const Vector& y, std::uint32_t i) { return y.segment<3>(3 * static_cast<Eigen::Index>(i)); }
 
-/// What multiplies, as a dense matrix, column by column.
+/// A linear operator as a dense matrix, column by column.
 template <class Multiply>
 Matrix dense(Eigen::Index n, const Multiply& multiply) {
   Matrix a(n, n);
@@ -137,7 +137,7 @@ inline Matrix dense_damping(const Dynamics& dynamics, const BodyState& s) {
   return dense(s.x.size(), [&](const Vector& y) { return dynamics.multiply_tangents(s, y, k, d), d; });
 }
 
-/// A box of 4 x 4 x 4 nodes; a grasp takes one of its top.
+/// A box of 4 x 4 x 4 nodes; a grasp holds one of its top.
 inline Scene box_scene(ContactKind contact) {
   Scene scene;
   scene.name = "box";

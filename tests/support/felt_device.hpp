@@ -1,4 +1,4 @@
-// A device that renders a force, has all limits, and is always at the same place or trembles about it.
+// A device that renders a force, has all limits, and stays at one position or trembles about it.
 #pragma once
 
 #include <atomic>

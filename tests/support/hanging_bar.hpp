@@ -1,4 +1,4 @@
-// A bar whose sag other solvers were asked for (bench/calculix/README.md).
+// A bar whose sag is known from other solvers (bench/calculix/README.md).
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -8,8 +8,8 @@
 
 namespace palpate::test {
 
-/// How far the middle of the upper edge of its free end comes down in gravity [mm]: 100 x 30 x 20 mm, 1000 kg/m^3, clamped at
-/// x = 0, with so many nodes ("[21, 7, 5]") and made of that (fields of body.lattice).
+/// Sag of the middle of the upper edge of its free end under gravity [mm]: 100 x 30 x 20 mm, 1000 kg/m^3, clamped at x = 0, with
+/// `nodes` nodes ("[21, 7, 5]") and the material `made_of` (fields of body.lattice).
 inline double hanging_bar_sag_mm(const std::string& nodes, const std::string& made_of) {
   const Scene scene = read_scene(R"({"body": {"lattice": {"nodes": )" + nodes + R"(, "size_m": [0.1, 0.03, 0.02],
       "fixed_faces": ["x-"], "gravity_m_s2": [0, 0, -9.81], )" +

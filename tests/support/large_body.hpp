@@ -7,7 +7,7 @@
 namespace palpate::test {
 
 inline constexpr int kLargeEdge = 14;  ///< nodes along each edge
-/// The node in the middle of the top.
+/// Node in the middle of the top.
 inline constexpr std::uint32_t kTop = kLargeEdge / 2 + kLargeEdge * (kLargeEdge / 2 + kLargeEdge * (kLargeEdge - 1));
 
 enum class Filling { springs, neo_hookean, corotational, hexahedra };

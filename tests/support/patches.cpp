@@ -9,7 +9,7 @@ namespace palpate::test {
 
 namespace {
 
-/// Between -1 and 1, the same everywhere, without a pattern that modes or axes share.
+/// Pseudo-random number in [-1, 1], deterministic, without a pattern common to modes or axes.
 double spread(int i, int j) { return std::sin(12.9898 * i + 78.233 * j + 0.5); }
 
 Patch at_rest(int modes, std::uint32_t seq, Micros stamp) {
@@ -39,7 +39,7 @@ Patch attach_patch(int modes, std::uint32_t seq, Micros stamp) {
   patch.b_d.resize(modes, 3);
   for (int i = 0; i < modes; ++i)
     for (int j = 0; j < 3; ++j) {
-      // As of a lumped node on springs to modes of about 50 g.
+      // Like a lumped node on springs to modes of about 50 g.
       patch.b_k(i, j) = patch.stiffness[i] * 0.05 * spread(i, j);
       patch.b_d(i, j) = patch.damping(i, i) * 0.05 * spread(i, j);
     }
@@ -119,7 +119,7 @@ NonlinearTerms slack_spring_terms(const Patch& patch) {
   springs.steep.clear();
   springs.stiffness *= 0.1F;
   springs.damping *= 0.1F;
-  springs.rest_length = springs.spans().colwise().norm().transpose().cwiseMax(1e-3F);  // one begins where it ends
+  springs.rest_length = springs.spans().colwise().norm().transpose().cwiseMax(1e-3F);  // one has zero length
   return terms;
 }
 NonlinearTerms many_spring_terms(const Patch& patch) { return some_springs(patch, 60, 40); }
@@ -129,7 +129,7 @@ NonlinearTerms solid_terms(const Patch& patch) {
   NonlinearTerms terms = sampled_terms(patch);
   SampledTetrahedra& solid = terms.solid;
   solid.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
-  // Along a helix any four that follow one another span a volume, all the same way round.
+  // Along a helix any four consecutive points span a volume of the same orientation.
   solid.rest.resize(3, kNodes);
   for (int i = 0; i < kNodes; ++i) {
     const auto k = static_cast<float>(i);
@@ -139,7 +139,7 @@ NonlinearTerms solid_terms(const Patch& patch) {
   solid.nodes.resize(4, kCount);
   for (int e = 0; e < kCount; ++e)
     for (int i = 0; i < 4; ++i) solid.nodes(i, e) = e % (kNodes - 3) + i;
-  // Of dF some 30 / m for a displacement of 1 m in a mode of unit mass.
+  // |dF| is about 30 / m for a displacement of 1 m in a mode of unit mass.
   solid.shear = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (1e4 * kCount)));
   solid.dilation = 4 * solid.shear;
   solid.damping_s = Eigen::VectorXf::Constant(kCount, 0.01F);

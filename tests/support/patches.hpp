@@ -1,4 +1,4 @@
-// Patches of full size that pass check(), without a server: for tests of timing, allocation and hand-over.
+// Full-size patches that pass check(), made without a server, for tests of timing, allocation and hand-over.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@ namespace palpate::test {
 /// A grasp at the origin: `modes` damped modes from 5 Hz up, coupled to the tool in all directions, at rest.
 Patch attach_patch(int modes, std::uint32_t seq, Micros stamp);
 
-/// A flat surface of 8 triangles, 40 mm square, in the plane z = 0 with its outside up, borne by `modes` modes, at rest.
+/// A flat surface of 8 triangles, 40 mm square, in the plane z = 0 facing up, carried by `modes` modes, at rest.
 Patch touch_patch(int modes, std::uint32_t seq, Micros stamp);
 
-/// Terms for springs or tetrahedra of which none are there yet.
+/// Empty terms, to be filled with springs or tetrahedra.
 NonlinearTerms sampled_terms(const Patch& patch);
 
-/// Terms that are 20 springs, half as stiff together as the modes are.
+/// Terms of 20 springs, together half as stiff as the modes.
 NonlinearTerms spring_terms(const Patch& patch);
-/// The same, linear, a tenth as stiff, and without tension at the stamp: what they give was put into them.
+/// The same, linear, a tenth as stiff, and without tension at the stamp, so that they return only energy that was put in.
 NonlinearTerms slack_spring_terms(const Patch& patch);
-/// With 60 springs: with 11 modes three pieces.
+/// Terms of 60 springs: three pieces for 11 modes.
 NonlinearTerms many_spring_terms(const Patch& patch);
 
-/// Terms that are 20 tetrahedra, some of the modes' stiffness.
+/// Terms of 20 tetrahedra, with some of the modes' stiffness.
 NonlinearTerms solid_terms(const Patch& patch);
 
 }  // namespace palpate::test

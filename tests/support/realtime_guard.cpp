@@ -82,7 +82,7 @@ void free(void* memory) noexcept {
 
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   using Lock = int (*)(pthread_mutex_t*);
-  static Lock next = nullptr;  // not initialised by a call: that would take a lock of its own
+  static Lock next = nullptr;  // not initialised by a call, which would lock
   if (!next) next = reinterpret_cast<Lock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
   palpate::test::note_lock();
   return next(mutex);

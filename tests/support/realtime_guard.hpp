@@ -24,9 +24,9 @@ class RealtimeGuard {
   ~RealtimeGuard();
   RealtimeGuard(const RealtimeGuard&) = delete;
   RealtimeGuard& operator=(const RealtimeGuard&) = delete;
-  /// Stops watching; what happened since the construction.
+  /// Stops watching; returns the counts since construction.
   RealtimeFaults end();
-  /// Whether this build counts at all.
+  /// Returns true if this build counts at all.
   static bool active();
 };
 

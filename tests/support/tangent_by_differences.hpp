@@ -1,12 +1,12 @@
-// The tangent of sampled elements by central differences of their forces.
+// Tangent of sampled elements by central differences of their forces.
 #pragma once
 
 #include <Eigen/Dense>
 
 namespace palpate::test {
 
-/// The symmetric part of dg/du over the last `modes` of u, [modes x modes]: `force` is a SampledForce or a SampledSolidForce,
-/// which stays at the last place it was moved to.
+/// Symmetric part of dg/du over the last `modes` of u, [modes x modes]: `force` is a SampledForce or a SampledSolidForce, and
+/// stays at the last place to which it was moved.
 template <class Force>
 Eigen::MatrixXd tangent_by_differences(Force& force, const typename Force::Values& u, int modes, float step) {
   Eigen::MatrixXd tangent(modes, modes);

@@ -1,4 +1,4 @@
-// A small body, a tool that goes its way on it, and what it feels with one integrator or another.
+// A small body with a tool on a path, and the tool's force with different integrators.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ struct ToolBench {
     port.node = static_cast<std::uint32_t>(body.nodes.size()) - 1;
     port.parameters = {800, 0.3};
   }
-  /// The force on the body every 10 ms while the tool goes along its way.
+  /// Force on the body every 10 ms while the tool follows its path.
   std::vector<Vec3> felt(Stepper& stepper, double step_s, double until_s, const std::function<Vec3(double)>& way) const {
     BodyState state = dynamics.rest_state();
     std::vector<ToolPort> ports{port};
@@ -36,7 +36,7 @@ struct ToolBench {
     }
     return forces;
   }
-  /// Root mean square of what they differ by, relative to `b`.
+  /// Root mean square of the difference, relative to `b`.
   static double apart(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
     double off = 0, all = 0;
     for (std::size_t k = 0; k < a.size(); ++k) {

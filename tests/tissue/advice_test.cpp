@@ -1,4 +1,4 @@
-// What palpate-lab advise proposes: a scene that loads, costs that are those measured, errors against a finer mesh.
+// Proposals of palpate-lab advise: a scene that loads, costs as measured, errors against a finer mesh.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A box of 60 x 50 x 40 mm in millimetres, as OBJ, in a folder of its own.
+/// A box of 60 x 50 x 40 mm in millimetres, as OBJ, in its own folder.
 std::filesystem::path box_surface(const std::string& folder) {
   const auto place = std::filesystem::temp_directory_path() / ("palpate-advice-" + folder);
   std::filesystem::create_directories(place);
@@ -38,7 +38,7 @@ AdviceRequest for_box(const std::string& folder) {
 
 TEST_CASE("Advice for a surface is a scene that loads, with the mesh, step and material that were promised") {
   AdviceRequest request = for_box("scene");
-  request.material = "ecoflex-00-10";  // ten times as stiff as the tissue of the other tests: rounding of forces is, too
+  request.material = "ecoflex-00-10";  // ten times as stiff as the tissue of the other tests, and so is the rounding of forces
   std::int64_t now = 0;
   const Advice advice = advise(request, [&] { return now += 1000; });
   const AdvisedMesh& mesh = advice.tried[advice.chosen];

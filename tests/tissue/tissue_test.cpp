@@ -1,5 +1,5 @@
-// Bodies against closed forms and classic solutions, on small meshes of palpate-lab tissue. Where an answer is not exact the
-// tolerance is the error seen there (docs/results/tissue.md) and a tenth of it more, and the error falls with the order seen.
+// Bodies against closed forms and classic solutions, on small meshes of palpate-lab tissue. If a result is not exact, the
+// tolerance is the observed error (docs/results/tissue.md) plus a tenth, and the error falls with the observed order.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -93,7 +93,7 @@ TEST_CASE("The pressure in a thick sphere is Lame's for a small strain, and that
   for (const double poisson : {0.3, 0.49})
     CHECK(sphere_pressure(soft(poisson), 0.01, 0.02, 1e-7) ==
           Approx(lame_sphere_pressure(soft(poisson), 0.01, 0.02, 1e-7)).epsilon(2e-4));
-  // Nearly incompressible: int of the difference of the principal stresses over r.
+  // Nearly incompressible: integral of the difference of the principal stresses over r.
   const SolidMaterial hard_to_squeeze = soft(0.49999);
   const double moved = 0.003, a3 = 1e-6, out3 = std::pow(0.013, 3) - a3;
   double pressure = 0;

@@ -1,4 +1,4 @@
-// A client and a server of the trust channel with nothing between them but what a test does to the datagrams.
+// A client and a server of the trust channel, connected only by the datagrams that a test passes on.
 #pragma once
 
 #include <map>
@@ -55,7 +55,7 @@ struct ChannelPair {
             site, seeded(seed), [this] { return unix_s; }, times),
         client(keys, 5, seeded(seed + 100), now, times) {}
 
-  /// All that the client's channel wants to send now.
+  /// All datagrams that the client's channel wants to send now.
   std::vector<Datagram> from_client() {
     client.tick(now);
     std::vector<Datagram> all;
@@ -63,7 +63,7 @@ struct ChannelPair {
     while (const std::size_t size = client.emit(out, now)) all.emplace_back(out.begin(), out.begin() + static_cast<long>(size));
     return all;
   }
-  /// All that the server's channel answers.
+  /// All answers of the server's channel.
   std::vector<Datagram> from_server() {
     std::vector<Datagram> all;
     Datagram out(kMaxSealedBytes);
@@ -84,7 +84,7 @@ struct ChannelPair {
   }
   std::string text(std::size_t size) const { return {plain.begin(), plain.begin() + static_cast<long>(size)}; }
 
-  /// Handshake without anything in the way; the first Data is the caller's.
+  /// Performs an undisturbed handshake; the caller sends the first Data.
   bool shake_hands() {
     for (int round = 0; round < 2; ++round) {
       for (const Datagram& datagram : from_client()) to_server(datagram);
@@ -92,7 +92,7 @@ struct ChannelPair {
     }
     return client.ready(now);
   }
-  /// And the first Data: the session of it.
+  /// Performs a handshake with the first Data; returns its session.
   ChannelPeer join() {
     if (!shake_hands()) return 0;
     const auto opened = to_server(sealed("hello"));

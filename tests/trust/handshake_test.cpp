@@ -1,4 +1,4 @@
-// Handshakes of the trust channel: who gets a session, what it costs whom, and when the next one begins.
+// Handshakes of the trust channel: when a session results, their cost for each side, and when the next one begins.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -10,7 +10,7 @@ using namespace palpate::test;
 TEST_CASE("a station that the server knows has a session after two round trips, and data goes both ways") {
   ChannelPair pair;
   REQUIRE(pair.shake_hands());
-  CHECK(pair.server.counts().sessions == 0);  // it has not spoken yet
+  CHECK(pair.server.counts().sessions == 0);  // the client has sent no data yet
   const auto opened = pair.to_server(pair.sealed("a hand"));
   REQUIRE(opened);
   CHECK(pair.text(opened->size) == "a hand");
@@ -47,7 +47,7 @@ TEST_CASE("before a cookie came back the server holds nothing and sends less tha
 TEST_CASE("a cookie counts only for the address, port and index that it was made for") {
   Recorded seen;
   ChannelPair& pair = seen.pair;
-  pair.server.forget(1);  // what Recorded began
+  pair.server.forget(1);  // the session that Recorded began
   for (const ChannelAddress& other : {address_of(1, 4712), address_of(2, 4711)}) {
     pair.from = other;
     pair.to_server(seen.init);
@@ -106,7 +106,7 @@ TEST_CASE("a client does not take an answer of a server that has not the key it 
     keys.self = secret_of(kStrangerSeed);
     return keys;
   }());
-  // The impostor shakes hands with the same client key; its answer, made out to the genuine client's index, is of no use.
+  // The impostor does a handshake with the same client key; its answer, addressed to the genuine client's index, is useless.
   impostor.client = ClientChannel(client_keys(kStationSeed, kStrangerSeed), 5, seeded(107), impostor.now);
   impostor.to_server(impostor.from_client().at(0));
   impostor.to_client(impostor.from_server().at(0));
@@ -118,7 +118,7 @@ TEST_CASE("a client does not take an answer of a server that has not the key it 
   CHECK_FALSE(genuine.client.ready(genuine.now));
   CHECK(genuine.client.counts().forged == 1);
   genuine.now += kInitEvery;
-  CHECK(genuine.shake_hands());  // and has not spoiled the handshake
+  CHECK(genuine.shake_hands());  // and did not disturb the handshake
 }
 
 TEST_CASE("an older handshake of a session that comes late is not answered") {

@@ -1,4 +1,4 @@
-// Somebody on the way who sees each Init, and answers it faster than the server, slower than it, or both.
+// An attacker on the path that sees each Init and answers it before the server, after it, or both.
 #include <catch2/catch.hpp>
 
 #include "tests/trust/channel_pair.hpp"
@@ -9,10 +9,10 @@ using namespace palpate::test;
 namespace {
 
 struct Side {
-  int before, after;  ///< forged cookies before and behind the server's
+  int before, after;  ///< forged cookies before and after the server's
 };
 
-/// The client's handshake index is no secret, a cookie is 16 bytes that only the server can make.
+/// The client's handshake index is no secret; a cookie is 16 bytes that only the server can make.
 struct Liar {
   Random random{5};
 
@@ -26,8 +26,8 @@ struct Liar {
 
 constexpr Micros kStep{10'000};
 
-/// Drives both ends until `until`; what the client's channel says is answered by the server and by the liar. Returns for how long
-/// of it the client could say something.
+/// Drives both ends until `until`; server and attacker answer the client's channel. Returns for how much of that time the client
+/// could send.
 Micros drive(ChannelPair& pair, Liar& liar, Side side, Micros until) {
   Micros ready{};
   for (; pair.now < until; pair.now += kStep) {

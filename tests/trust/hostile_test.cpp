@@ -1,4 +1,4 @@
-// What strangers, and whoever sits on the way, do to the trust channel: nothing.
+// Strangers and attackers on the path have no effect on the trust channel.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -38,7 +38,7 @@ TEST_CASE("no flipped bit of an Init gets an answer, even from one who makes a n
     bad[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
     pair.to_server(bad);
     REQUIRE(pair.from_server().empty());
-    if (bit % 8 != bit / 8 % 8) continue;  // one bit a byte: each costs Diffie-Hellman
+    if (bit % 8 != bit / 8 % 8) continue;  // one bit per byte, as each costs a Diffie-Hellman
     bad = with_mac(bad);
     pair.now += Micros{120'000};
     pair.to_server(bad);
@@ -99,7 +99,7 @@ TEST_CASE("what was sent before and comes again changes nothing, whatever kind i
     pair.to_server(seen.init);
     const auto answers = pair.from_server();
     REQUIRE(answers.size() == 1);
-    CHECK(answers[0] == seen.resp);  // the same bytes: nothing was computed, and they are of no use to anybody
+    CHECK(answers[0] == seen.resp);  // the same bytes: nothing was computed, and they are useless to others
     CHECK_FALSE(pair.to_server(data));
     pair.to_client(seen.cookie);
     pair.to_client(seen.resp);
@@ -121,14 +121,14 @@ TEST_CASE("what one side sent is of no use when it is sent back to it") {
   CHECK(pair.to_client(up) == 0);
   const Datagram down = pair.sealed_by_server(peer, "a patch");
   CHECK_FALSE(pair.to_server(down));
-  // With the index that the receiver expects, and whoever could do that, the direction's key does not fit.
+  // Even with the index that the receiver expects, the direction's key does not fit.
   Datagram turned = up;
   std::copy_n(down.begin() + 4, 4, turned.begin() + 4);
   CHECK(pair.to_client(turned) == 0);
   CHECK(pair.client.counts().forged == 1);
   Datagram back = down;
   std::copy_n(up.begin() + 4, 4, back.begin() + 4);
-  back[8] = 77;  // a counter that has not come
+  back[8] = 77;  // a counter that has not been used
   CHECK_FALSE(pair.to_server(back));
   CHECK(pair.server.counts().of(ChannelFault::forged) == 1);
 }
@@ -156,7 +156,7 @@ TEST_CASE("whoever has not proven a key gets at most as many bytes as he sends, 
 
 namespace {
 
-/// Others with another seed, whose place in the test's pair is taken for a moment, shake hands from there.
+/// Does handshakes as another client with its own seed, which temporarily replaces the client of the pair.
 void shake_hands_as(ChannelPair& pair, const ClientKeys& keys, std::uint64_t seed, const ChannelAddress& from) {
   pair.client = ClientChannel(keys, 5, seeded(seed), pair.now);
   pair.from = from;
@@ -268,7 +268,7 @@ TEST_CASE("one key has its streams and a few more, keeps nobody else out, and re
   const ClientChannel station = pair.client;
   const ChannelAddress home = pair.from;
   pair.now += ServerChannel::kSilent + Micros{1'000'000};
-  for (std::uint64_t k = 0; k < 60; ++k) {  // what many lives of this station began with
+  for (std::uint64_t k = 0; k < 60; ++k) {  // Inits of many lives of this station
     pair.now += Micros{60'000};
     shake_hands_as(pair, client_keys(), 300 + k, address_of(60 + static_cast<int>(k) % 10, 5000));
   }
@@ -292,5 +292,5 @@ TEST_CASE("one key has its streams and a few more, keeps nobody else out, and re
   CHECK(pair.server.counts().of(ChannelFault::full) > 0);
   pair.now += ServerChannel::kSilent + Micros{1};
   pair.client = ClientChannel(client_keys(), 5, seeded(999), pair.now);
-  CHECK(pair.join() != 0);  // in the place of one that has gone
+  CHECK(pair.join() != 0);  // replaces one that has gone
 }

@@ -1,5 +1,5 @@
-// The handshake against what other implementations computed: the vector of Noise_IK_25519_ChaChaPoly_SHA512 that the authors of
-// noise-c publish (tests/vector/noise-c-basic.txt), and key derivation against RFC 8439.
+// The handshake against results of other implementations: the vector of Noise_IK_25519_ChaChaPoly_SHA512 published by the authors
+// of noise-c (tests/vector/noise-c-basic.txt), and key derivation against RFC 8439.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

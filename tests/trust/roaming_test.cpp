@@ -1,4 +1,4 @@
-// The address of a session: it follows a client whose translator of addresses changed its mind, and nobody's forged sender.
+// The address of a session: it follows a client whose NAT binding changed, but no forged sender.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -9,16 +9,16 @@ using namespace palpate::test;
 
 namespace {
 
-/// Where a patch goes now.
+/// Address to which a patch is sent now.
 ChannelAddress served(ChannelPair& pair, ChannelPeer peer) {
   REQUIRE(!pair.sealed_by_server(peer, "patch").empty());
   return pair.to;
 }
 
-/// As large as the least that a client says.
+/// As large as the smallest datagram of a client with data.
 const std::string kSamples(100, 's');
 
-/// All that the server's channel has for this address comes to the client, and what that answers to the server from there.
+/// Delivers everything that the server's channel has for this address to the client, and its answers from there to the server.
 void exchange(ChannelPair& pair, const ChannelAddress& at) {
   for (const Datagram& question : pair.from_server())
     if (pair.to == at) pair.to_client(question);
@@ -26,8 +26,7 @@ void exchange(ChannelPair& pair, const ChannelAddress& at) {
   for (const Datagram& answer : pair.from_client()) pair.to_server(answer);
 }
 
-/// A client behind a translator of addresses that the test moves, with a way of so long; what is sent to an address that it has
-/// no more gets lost.
+/// A client behind a NAT that the test moves, with a delay; datagrams to an address that it no longer has get lost.
 struct Behind {
   Behind(std::uint64_t seed, Micros way, double loss) : random(seed), way_(way), loss_(loss) {}
 
@@ -54,7 +53,7 @@ struct Behind {
     }
     std::erase_if(flights, due);
   }
-  /// A millisecond, of which every tenth has samples and every fiftieth a patch.
+  /// One millisecond; every tenth has samples and every fiftieth a patch.
   void step(ChannelPeer peer) {
     constexpr Micros kMs{1'000};
     arrive();
@@ -132,7 +131,7 @@ TEST_CASE("an address is served as soon as it has answered, and not again what w
   CHECK(served(pair, peer) == moved);
   CHECK(pair.server.counts().moves == 1);
   pair.from = home;
-  CHECK(pair.to_server(older));  // taken, but overtaken
+  CHECK(pair.to_server(older));  // accepted, but overtaken
   CHECK(served(pair, peer) == moved);
 }
 
@@ -164,7 +163,7 @@ TEST_CASE("a rebinding under 30 % loss, the old address dead at once, costs a fe
     CHECK(behind.pair.server.sessions() == 1);
   }
   std::sort(took.begin(), took.end());
-  // A datagram that comes, the question, the answer: three ways, and 20 ms for each time that one of them is lost.
+  // A datagram, the question and the answer: three delays, plus 20 ms for each loss.
   CHECK(took[took.size() / 2] < 4 * kWay);
   CHECK(took.back() < 10 * kWay);
 }
@@ -200,7 +199,7 @@ TEST_CASE("what is sent again from forged addresses moves nothing, is asked noth
   pair.from = moved;
   pair.to_server(answer[0]);
   CHECK(served(pair, peer) == moved);
-  for (int host = 20; host < 200; ++host) {  // the answer too
+  for (int host = 20; host < 200; ++host) {  // the answer as well
     pair.from = address_of(host, 1234);
     pair.to_server(answer[0]);
   }
@@ -222,7 +221,7 @@ TEST_CASE("of two addresses that a client has in turn the one with the newest co
       CHECK(pair.to == second);
       pair.to_client(question);
     }
-    pair.from = first;  // wherever the answer comes from
+    pair.from = first;  // from any address
     for (const Datagram& answer : pair.from_client()) pair.to_server(answer);
     pair.from = at;
     REQUIRE(pair.to_server(pair.sealed(kSamples)));
@@ -308,7 +307,7 @@ TEST_CASE("an address is believed until new keys come, and those begin where the
   exchange(pair, moved);
   REQUIRE(served(pair, peer) == moved);
   pair.now += Micros{120'000'000};
-  pair.from = home;  // really: what comes from `moved` has a forged sender by now
+  pair.from = home;  // genuine: datagrams from `moved` have a forged sender by now
   REQUIRE(pair.shake_hands());
   pair.from = moved;
   REQUIRE(pair.to_server(pair.sealed(kSamples)));
@@ -325,7 +324,7 @@ TEST_CASE("a client that answers no question is followed by its next handshake, 
     pair.now += Micros{10'000};
     REQUIRE(pair.to_server(pair.sealed(kSamples)));
     for (const Datagram& answer : pair.from_server())
-      if (pair.to == moved && answer.size() != kPathBytes) pair.to_client(answer);  // of before there were questions
+      if (pair.to == moved && answer.size() != kPathBytes) pair.to_client(answer);  // sent before the questions
     for (const Datagram& datagram : pair.from_client()) pair.to_server(datagram);
     followed = served(pair, peer) == moved;
   }

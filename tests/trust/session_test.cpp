@@ -1,4 +1,4 @@
-// A session of the trust channel over time: its window, its keys, its address, its end.
+// A session of the trust channel over time: its window, keys, address and end.
 #include <catch2/catch.hpp>
 
 #include "tests/trust/channel_pair.hpp"
@@ -13,7 +13,7 @@ TEST_CASE("a datagram that 2047 others have overtaken is taken once, one that 20
   std::vector<Datagram> others;
   for (int k = 0; k < 2047; ++k) others.push_back(pair.sealed("x"));
   for (const Datagram& other : others) REQUIRE(pair.to_server(other));
-  CHECK_FALSE(pair.to_server(early));  // 2048 newer ones: late and the others
+  CHECK_FALSE(pair.to_server(early));  // too old: 2048 newer ones came, `late` and the others
   CHECK(pair.to_server(late));
   CHECK_FALSE(pair.to_server(late));
 }
@@ -135,7 +135,7 @@ TEST_CASE("a key that is taken out ends its sessions, others go on") {
   pair.server.change_keys(site);
   CHECK(pair.server.take_ended() == std::vector<ChannelPeer>{second});
   CHECK_FALSE(pair.to_server(pair.sealed("still here?")));
-  CHECK(!pair.sealed_by_server(second, "goodbye").empty());  // so that it can be told
+  CHECK(!pair.sealed_by_server(second, "goodbye").empty());  // so that the goodbye can be sent
   pair.server.forget(second);
   CHECK(pair.sealed_by_server(second, "goodbye").empty());
   pair.client = first_client;

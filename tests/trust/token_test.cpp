@@ -1,4 +1,4 @@
-// Tokens: who may join with one, when, how often; and that nobody can make one, or make more of one.
+// Tokens: which stations may join, when, how often; and that nobody can forge a token or extend its rights.
 #include <catch2/catch.hpp>
 
 #include "tests/trust/channel_pair.hpp"
@@ -144,7 +144,7 @@ TEST_CASE("a token opens one session, and its new keys are the same session, lon
   pair.unix_s += 120;
   REQUIRE(pair.join() == peer);
   CHECK(pair.client.counts().handshakes == 2);
-  pair.unix_s = kNow + 30;  // as if the clock had been set back: used stays used
+  pair.unix_s = kNow + 30;  // as if the clock had been set back: a used token stays used
   new_life(pair, keys, 55);
   CHECK(pair.join() == 0);
   CHECK(pair.server.counts().of(ChannelFault::token_used) == 1);

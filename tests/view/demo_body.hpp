@@ -64,7 +64,7 @@ inline Body pressed_organ(float depth_m, double force_n, int levels = 4) {
   return body;
 }
 
-/// A room around it, vertex i being node i; the lowest vertices are fixed.
+/// Facts of a room around it, vertex i being node i; the lowest vertices are fixed.
 inline RoomFacts facts_of(const Body& body) {
   RoomFacts facts;
   facts.scene = "demo";

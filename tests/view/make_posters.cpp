@@ -1,5 +1,5 @@
-// The pictures of the documents: scenes/organ.json pressed, stroked and let go, computed frame by frame without a clock and drawn
-// by the view. `test_view "[.posters]"` writes them into out/posters, light and dark, 1280x800 and 640x400: look at them.
+// The pictures of the documents: scenes/organ.json pressed, stroked and released, computed frame by frame without a clock and
+// drawn by the view. `test_view "[.posters]"` writes them to out/posters, light and dark, 1280x800 and 640x400: look at them.
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -12,7 +12,7 @@ using namespace palpate;
 
 namespace {
 
-/// Down onto the body, along it, and up again; the surface of the resting body is met at about `home - 20 mm`.
+/// Position of the hand: down onto the body, along it, and up again; the tool meets the resting body at about `home - 20 mm`.
 Vec3 hand_at(const Vec3& home, double t_s) {
   const double press = std::clamp((t_s - 0.2) / 0.6, 0.0, 1.0), stroke = std::clamp((t_s - 1.0) / 0.8, 0.0, 1.0);
   const double up = std::clamp((t_s - 2.0) / 0.1, 0.0, 1.0);
@@ -25,7 +25,7 @@ struct Moment {
   ShapeChannel color = ShapeChannel::position;
   Lines lines = Lines::none;
 };
-/// At the release the tool left the body 10 ms ago: a third of the indentation is still there.
+/// At the release the tool left the body 10 ms ago: a third of the indentation remains.
 constexpr Moment kMoments[] = {{"press", 0.95},
                                {"tension", 0.95, ShapeChannel::tension},
                                {"support", 0.95, ShapeChannel::support},

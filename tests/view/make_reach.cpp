@@ -1,5 +1,5 @@
-// A recording of a body of 20,000 triangles that is stroked at 30 Hz, in closed form: what `bench/view/reach.py --recording` and
-// a person who wants to know their frame rate play. `test_view "[.reach]"` writes out/reach.rec.
+// A recording of a body of 20,000 triangles that is stroked at 30 Hz, in closed form, for `bench/view/reach.py --recording` and
+// for measuring one's own frame rate. `test_view "[.reach]"` writes out/reach.rec.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -14,7 +14,7 @@ namespace {
 constexpr int kEdge = 50;  // 8 kEdge^2 triangles
 constexpr double kShapesHz = 30, kLengthS = 10;
 
-/// The octahedron with each side cut into kEdge^2 triangles and blown up to the unit sphere.
+/// An octahedron with each side cut into kEdge^2 triangles and projected to the unit sphere.
 demo::Body fine_sphere() {
   demo::Body body;
   const demo::Body coarse = demo::unit_sphere(0);
@@ -37,7 +37,7 @@ demo::Body fine_sphere() {
   return body;
 }
 
-/// Indented by a tool over (x, 0); everything gives way a little.
+/// Indents the body by a tool over (x, 0); everything yields a little.
 void press(const demo::Body& body, float x, std::vector<Vec3>& positions, Vec3& tool) {
   const Vec3f at(x, 0, 0.04F * std::sqrt(1 - x * x / 0.0064F));
   positions.clear();

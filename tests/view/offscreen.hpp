@@ -1,4 +1,4 @@
-// A context to draw in without a display, where the machine has one.
+// A context for drawing without a display, if the machine has one.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Nothing where EGL or a driver is missing; says so.
+/// Returns nullptr, with a message, if EGL or a driver is missing.
 inline std::unique_ptr<OffscreenContext> context() {
   try {
     return std::make_unique<OffscreenContext>();

@@ -1,4 +1,4 @@
-// What a patch said of the next frame, against its closed form, against a real server, and where it is drawn.
+// A patch's prediction for the next frame, against its closed form, against a real server, and as drawn.
 #include "client/view/foresight.hpp"
 
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr Micros kStamp{5'000'000}, kFrame{50'000};
 
-/// A free surface that swings, with the tool far above it, and a next patch that begins where the first one ends.
+/// An oscillating free surface with the tool far above it, and a next patch that begins where the first one ends.
 PatchPair swinging() {
   PatchPair pair;
   pair.patch = test::touch_patch(4, 7, kStamp);
@@ -31,7 +31,7 @@ PatchPair swinging() {
   return pair;
 }
 
-/// q of a patch that nobody touches, by one dense exponential.
+/// q of an untouched patch, by one dense exponential.
 ModeVector swung(const Patch& patch, double t_s) {
   const Eigen::Index r = patch.modes();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * r + 1, 2 * r + 1);
@@ -45,7 +45,8 @@ ModeVector swung(const Patch& patch, double t_s) {
   return ModeVector(((t_s * a).exp() * z).head(r));
 }
 
-/// The real cores and body in virtual time at 20 Hz, a hand that goes down from home at 5 cm/s; tells of every pair of patches.
+/// The real cores and body in virtual time at 20 Hz, with a hand that descends from home at 5 cm/s; calls `tell` for every pair
+/// of patches.
 template <class Tell>
 void press(const char* name, Scheme scheme, const Tell& tell) {
   const Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name);
@@ -163,7 +164,7 @@ TEST_CASE("A hyper-reduced patch is played with its terms, and foresees a presse
   double squares = 0, linear_squares = 0;
   int nonlinear = 0;
   press("cube6.json", Scheme::hyper, [&](PatchPair& pair) {
-    // Before it the hand stands still; after it, 20 mm deep, the lattice snaps.
+    // Before this the hand stands still; after it, 20 mm deep, the lattice snaps.
     if (pair.patch.stamp < Micros{1'300'000} || pair.next.stamp > Micros{1'600'000}) return;
     nonlinear += pair.terms.variables > 0;
     const auto off = [](const PatchPair& p) {
@@ -220,7 +221,7 @@ TEST_CASE("A patch that misses is seen on the body, and a longer miss as a longe
   const int small = blue();
   sight.miss_max_m = 1e-4F;
   const int full = blue();
-  std::swap(pins[1], pins[2]);  // turned away: the legend alone
+  std::swap(pins[1], pins[2]);  // facing away: only the legend remains
   const int legend = blue();
   CHECK(legend > bare);
   CHECK(small < legend + 40);  // nearly white

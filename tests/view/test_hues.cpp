@@ -23,7 +23,7 @@ std::vector<std::size_t> seen(Hues& hues, const std::vector<std::string>& statio
 
 using Places = std::vector<std::size_t>;
 
-/// B. Ottosson, "A perceptual color space for image processing", 2020, from linear sRGB.
+/// Conversion from linear sRGB by B. Ottosson, "A perceptual color space for image processing", 2020.
 Vec3f oklab(const Vec3f& linear) {
   Eigen::Matrix3f to_cones, to_lab;
   to_cones << 0.4122214708F, 0.5363325363F, 0.0514459929F, 0.2119034982F, 0.6806995451F, 0.1073969566F, 0.0883024619F,
@@ -33,8 +33,8 @@ Vec3f oklab(const Vec3f& linear) {
   return to_lab * (to_cones * linear).unaryExpr([](float c) { return std::cbrt(std::max(c, 0.0F)); });
 }
 
-/// What eyes without one kind of cone see: G. Machado et al., "A physiologically-based model for simulation of color vision
-/// deficiency", 2009, severity 1, of linear sRGB.
+/// Colour vision without one kind of cone: G. Machado et al., "A physiologically-based model for simulation of color vision
+/// deficiency", 2009, severity 1, for linear sRGB.
 std::vector<Eigen::Matrix3f> eyes() {
   Eigen::Matrix3f protan, deutan;
   protan << 0.152286F, 1.052583F, -0.204868F, 0.114503F, 0.786281F, 0.099216F, -0.003882F, -0.048116F, 1.051998F;
@@ -77,7 +77,7 @@ TEST_CASE("Stations that are known beforehand have the same colour whoever is se
 }
 
 TEST_CASE("Eight stations are told apart by any eye, and none is grey as the steel of an instrument", "[view]") {
-  constexpr float kApart = 0.13F;  // black to white is 1; steps of 0.02 are just seen side by side
+  constexpr float kApart = 0.13F;  // black to white is 1; adjacent steps of 0.02 are just visible
   for (std::size_t i = 0; i < kStationColors; ++i) {
     for (std::size_t j = 0; j < i; ++j) CHECK(nearest_to_any_eye(station_color(i), station_color(j)) > kApart);
     CHECK((oklab(to_linear(station_color(i))) - oklab(to_linear(Vec3f(0.72F, 0.74F, 0.77F)))).norm() > kApart);

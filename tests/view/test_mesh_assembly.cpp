@@ -82,13 +82,13 @@ TEST_CASE("Pieces that point outside the announced mesh are refused", "[view]") 
   MeshAssembly mesh;
   mesh.expect(4, 4, 99);
   const Triangle inside{0, 1, 2}, outside{0, 1, 4};
-  mesh.take({98, 0, 1, 0, {}, {inside}});               // of another mesh
-  mesh.take({99, 0, 1, 0, {}, {outside}});              // a vertex that is not there
+  mesh.take({98, 0, 1, 0, {}, {inside}});               // another mesh
+  mesh.take({99, 0, 1, 0, {}, {outside}});              // a vertex that does not exist
   mesh.take({99, 0, 1, 3, {}, {inside, inside}});       // beyond the last triangle
   mesh.take({99, 0, 1, 3, {{}, {}}, {}});               // beyond the last vertex
   mesh.take({99, 0, 1, 4'000'000'000u, {}, {inside}});  // far beyond
   mesh.take({99, 1, 1, 0, {}, {inside}});               // piece 1 of 1
-  mesh.take({99, 0, 2'000'000'000u, 0, {}, {inside}});  // more pieces than there are things
+  mesh.take({99, 0, 2'000'000'000u, 0, {}, {inside}});  // more pieces than items
   REQUIRE(mesh.rejected() == 7);
   REQUIRE_FALSE(mesh.complete());
 }

@@ -1,4 +1,4 @@
-// Pictures drawn without a display, compared with what an independent projection says must be there.
+// Pictures drawn without a display, compared with an independent projection.
 #include <png.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -40,7 +40,7 @@ const auto kTissue = [](int r, int g, int b) { return r > g + 22 && r > b + 12; 
 const auto kTeal = [](int r, int g, int b) { return g > r + 30 && b > r + 30; };
 const auto kAmber = [](int r, int g, int b) { return r > 150 && g > b + 50; };
 
-/// Share of the picture that the projected triangles cover: point in triangle at every pixel's centre.
+/// Share of the picture covered by the projected triangles: point in triangle at every pixel's centre.
 double covered(const demo::Body& body) {
   Camera camera;
   camera.fit(body.triangles, body.rest, kAspect);
@@ -117,7 +117,7 @@ TEST_CASE("The force of a pull, which points into the body, shows through it", "
   demo::Body body = demo::pressed_organ(-0.010F, -0.9);
   const double free = share(photograph(body, {}), kTeal);
   body.tools[0].contact = true;
-  const Vec3f head = (body.tools[0].position + 0.04 * body.tools[0].force).cast<float>();  // of an arrow of 45 mm
+  const Vec3f head = (body.tools[0].position + 0.04 * body.tools[0].force).cast<float>();  // for an arrow of 45 mm
   REQUIRE((head - Vec3f(0, 0, 0.03F)).norm() < 0.04F);                                     // inside
   CHECK(share(photograph(body, {}), kTeal) > free + 4e-4);
 }
@@ -204,7 +204,7 @@ TEST_CASE("The wireframe draws dark edges and an empty scene draws a background"
   const auto dark_red = [](int r, int g, int b) { return r < 90 && r > g + 15 && r > b + 15; };
   CHECK(share(photograph(body, {.lines = Lines::edges}), dark_red) > 0.02 + share(photograph(body, {}), dark_red));
   const Picture empty = photograph(demo::Body{}, {});
-  CHECK(share(empty, kTissue) < 0.02);  // the legend alone
+  CHECK(share(empty, kTissue) < 0.02);  // only the legend
   CHECK(share(empty, [](int r, int g, int b) { return r > 150 && g > 150 && b > 150; }) > 0.9);
 }
 

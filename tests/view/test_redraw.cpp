@@ -1,4 +1,4 @@
-// What did not change since the last picture is not drawn again, and nobody can tell.
+// A picture without changes since the last one is not redrawn, and the result is identical.
 #include <catch2/catch.hpp>
 #include <functional>
 #include <string>
@@ -71,7 +71,7 @@ TEST_CASE("After every change a stage draws what a new one would", "[view]") {
   if (!gl) return;
   Shot changing;
   std::vector<Shot> shots{changing};
-  std::vector<Picture> fresh;  // there is one stage at a time
+  std::vector<Picture> fresh;  // there is only one stage at a time
   for (const Change& change : kChanges) {
     change.make(changing);
     shots.push_back(changing);

@@ -1,4 +1,4 @@
-// A recording played: the clock that plays it, the moments it shows, the bar under it, and files that are damaged.
+// Playback of a recording: its clock, the moments that it shows, the bar under it, and damaged files.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -27,7 +27,7 @@ std::string refusal(std::span<const std::byte> bytes) {
   return "";
 }
 
-/// A recording that was not ended, of the small body and nothing but these shapes: (seconds, k).
+/// A recording without an end, of the small body with only these shapes: (seconds, k).
 std::vector<std::byte> with_shapes(const std::vector<std::pair<double, int>>& shapes) {
   RecordingWriter writer(test::small_head());
   for (const auto& [t_s, k] : shapes) writer.add_shape(from_seconds(t_s), test::small_shape(k));
@@ -129,7 +129,7 @@ TEST_CASE("Panels of a recording say what links, patches and frames were", "[vie
   CHECK(hand.jitter == Micros{900});
   CHECK(hand.patch_age == Micros{90'000});
   CHECK(hand.states == 16);
-  CHECK(hand.judged == 25);  // one datagram a frame since the first report
+  CHECK(hand.judged == 25);  // one datagram per frame since the first report
   CHECK(hand.lost == 0);
   History forces, ages;
   scene.plot(frame_time(25.2), forces, ages);

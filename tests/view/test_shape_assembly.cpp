@@ -15,7 +15,7 @@ std::vector<MeshVertex> line() {
   return vertices;
 }
 
-/// These blocks in a frame, every vertex lifted by its number in mm.
+/// A piece with these blocks in a frame, every vertex lifted by its number in mm.
 ShapePiece piece(std::uint32_t frame, std::vector<std::uint32_t> blocks, ShapeChannel channel = ShapeChannel::position) {
   ShapePiece p{frame, Micros{1000 * frame}, channel, kUnit, {}};
   for (const std::uint32_t b : blocks) {
@@ -98,8 +98,8 @@ TEST_CASE("Blocks that do not fit are refused, and the rest of their piece count
   Fixture f;
   ShapePiece wrong = piece(1, {0});
   const std::vector<std::int32_t> numbers(3 * 64, 7);
-  append_block(2, numbers, 3, wrong.blocks);  // 64 vertices where 22 are
-  append_block(3, numbers, 3, wrong.blocks);  // behind the last one
+  append_block(2, numbers, 3, wrong.blocks);  // 64 vertices instead of 22
+  append_block(3, numbers, 3, wrong.blocks);  // beyond the last one
   f.shapes.take(wrong, f.out);
   f.shapes.take(end_of(1, 1), f.out);
   CHECK(f.shapes.counts().misfits == 2);

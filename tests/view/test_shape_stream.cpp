@@ -1,4 +1,4 @@
-// A surface of 5,041 vertices that a tool strokes, 30 frames a second, through the real server core to real viewers.
+// A surface of 5,041 vertices stroked by a tool, 30 frames a second, through the real server core to real viewers.
 #include <ctime>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ Scene sheet() {
   return scene;
 }
 
-/// A tool that circles at 94 mm/s, 10 mm deep and up and down on top of that.
+/// A tool that circles at 94 mm/s, 10 mm deep, and also moves up and down.
 Vec3 tool_at(double t_s) {
   const double angle = 2 * M_PI * 0.5 * t_s;
   return {0.07 + 0.03 * std::cos(angle), 0.07 + 0.03 * std::sin(angle), -0.010 - 0.003 * std::sin(2 * M_PI * 2 * t_s)};
@@ -57,11 +57,11 @@ struct Stroke {
   Scene scene = sheet();
   ServerCore server{facts_of(scene, Vec3::Zero()), {.draw = repeatable(3), .rate_hz = kRateHz}};
   std::vector<std::unique_ptr<ViewCore>> viewers;
-  std::vector<double> bytes;  ///< to each viewer, with UDP and IP heads
+  std::vector<double> bytes;  ///< to each viewer, with UDP and IP headers
   std::mt19937 random{9};
   double loss = 0;
   bool moving = true;
-  double pull_n_m = 1;  ///< tension of an edge that is so deep
+  double pull_n_m = 1;  ///< tension of an edge per depth
   Micros now{0};
   double shown_s = 0, t_s = 0;  ///< body time and time of the motion in the newest frame
   std::int64_t server_ns = 0;
@@ -115,7 +115,7 @@ struct Stroke {
     for (const auto end = now + time; now < end;) step();
   }
 
-  /// Largest error of a vertex of the newest shape that this viewer has, within `radius_m` of the tool.
+  /// Largest error of a vertex of this viewer's newest shape, within `radius_m` of the tool.
   double error_m(const ViewCore& viewer, double radius_m) const {
     ViewMoment moment;
     REQUIRE(viewer.show(now + Micros{10'000'000}, moment));
@@ -174,7 +174,7 @@ TEST_CASE("A viewer that joins late or stalls catches up, also with a body that 
   world.run(Micros{1'500'000});
   CHECK(world.error_m(late, 1) <= 5e-5);
   world.moving = true;
-  world.loss = 1;  // deaf and dumb for most of the time after which the server forgets it
+  world.loss = 1;  // disconnected for most of the time after which the server removes it
   world.run(Micros{2'000'000});
   world.loss = 0;
   world.moving = false;
@@ -249,7 +249,7 @@ TEST_CASE("Eight viewers cost less than twice what one costs, and without one no
   };
   const double one = cost_ns(1), eight = cost_ns(8);
   WARN("server's time a second: " << one * 1e-6 << " ms with 1 viewer, " << eight * 1e-6 << " ms with 8, ratio " << eight / one);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which make each allocation cost as much as a block
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers make each allocation cost as much as a block
   CHECK(eight < 2 * one);
 #endif
   ServerCore alone(facts_of(sheet(), Vec3::Zero()), {.draw = repeatable(3), .rate_hz = kRateHz});

@@ -1,6 +1,6 @@
-// Pictures of known scenes, compared with stored ones. Drivers round differently, so pictures are compared as means over
-// 8 x 8 pixels: fewer than kTolerated of these may differ by more than kLevels of 255. What that lets through, and what not, is
-// part of the test. After a change that is meant, `test_view "[.write-pictures]"` stores the pictures anew: look at them.
+// Pictures of known scenes, compared with stored ones. Drivers round differently, so pictures are compared as means over 8 x 8
+// pixels: fewer than kTolerated of these may differ by more than kLevels of 255. The test also checks which differences this
+// accepts and which not. After an intended change, `test_view "[.write-pictures]"` stores the pictures anew: look at them.
 #include <png.h>
 
 #include <catch2/catch.hpp>
@@ -24,9 +24,9 @@ struct Scenery {
   const char* name;
   Look look;
   demo::Body body = {};
-  std::vector<MeshVertex> vertices = {};  ///< those on one side are held fast
+  std::vector<MeshVertex> vertices = {};  ///< those on one side are fixed
   float zoom = 0;
-  bool words = false;  ///< panels, the replay bar, and what the patch said
+  bool words = false;  ///< panels, the replay bar, and the patch's prediction
   std::vector<float> scalars = {};
   std::vector<PatchPin> pins = {};
   std::vector<Triangle> pin_triangles = {};
@@ -49,13 +49,13 @@ std::vector<MeshVertex> held_at_the_end(const demo::Body& body) {
   return vertices;
 }
 
-/// So many triangles that they are drawn as they are, and so near that ring and arrow are large.
+/// So many triangles that they are drawn unrefined, and so close that ring and arrow are large.
 Scenery fine() {
   demo::Body body = demo::pressed_organ(0.010F, 0.6, 5);
   return {.name = "fine", .look = {.dark = true}, .body = body, .vertices = held_at_the_end(body), .zoom = 5};
 }
 
-/// A tool that pulls the body is drawn back into it: the arrow shows through. Everything that there is to read stands beside it.
+/// A tool that pulls the body, so the arrow shows through it. All texts are next to it.
 Scenery pulled() {
   Scenery s{.name = "pulled", .look = {.lines = Lines::edges}, .words = true, .width = 960, .height = 608};
   s.body = demo::pressed_organ(-0.012F, -0.9, 3);
@@ -81,7 +81,7 @@ std::vector<Scenery> sceneries() {
           pulled()};
 }
 
-/// What the panels and the replay bar of a picture say.
+/// Texts of the panels and the replay bar of a picture.
 struct Words {
   RoomView room{1515,
                 Micros{16'500},
@@ -167,7 +167,7 @@ double difference(const Picture& a, const Picture& b) {
   return static_cast<double>(differ) / all;
 }
 
-/// As an eye sees it that does not tell the pixels of the denser picture apart.
+/// Averages pairs of pixels, as an eye that does not resolve the denser picture.
 Picture halved(const Picture& fine) {
   Picture picture{fine.width / 2, fine.height / 2, {}};
   const auto at = [&](int x, int y, int c) { return int{fine.rgb[static_cast<std::size_t>(3 * (y * fine.width + x) + c)]}; };
@@ -212,7 +212,7 @@ TEST_CASE("A picture without its tool, with flipped normals or other faults is t
   CHECK(with([&](Sight& s) { s.tools = free.tools; }) > 2 * kTolerated);
   CHECK(with([&](Sight& s) { s.positions = scenery.body.rest; }) > 2 * kTolerated);  // colours and indentation
   CHECK(with([](Sight& s) { s.color_max *= 2; }) > 2 * kTolerated);
-  CHECK(with([](Sight& s) { s.vertices = {}; }) > 2 * kTolerated);  // what is held fast
+  CHECK(with([](Sight& s) { s.vertices = {}; }) > 2 * kTolerated);  // fixed vertices
   Scenery unlit = scenery, lines = scenery;
   unlit.look.shadow_taps = 0;  // the shader divides by it: shadows break
   lines.look.lines = Lines::edges;
@@ -230,7 +230,7 @@ TEST_CASE("On a display twice as dense words, scales, panels and body are as lar
     const auto differs = [&](float density) { return difference(halved(draw(scenery, scenery.sight(), 2, density)), known); };
     CHECK(differs(2) < kAlike);
     CHECK(differs(1) > 2 * kAlike);
-    scenery.look.smooth_edges = false;  // as drawn in software, the body in points
+    scenery.look.smooth_edges = false;  // as drawn in software, with the body in points
     scenery.look.pixel = 2;
     CHECK(differs(2) < kAlike);
   }

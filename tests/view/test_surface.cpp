@@ -156,7 +156,7 @@ TEST_CASE("Scales are round numbers that cover what is seen and never shrink", "
   const std::vector<float> reach{0.2F, 0.9F}, tension{0.1F, 0.18F};
   scales.see(flat.triangles, flat.positions, flat.rest, flat.tools, ShapeChannel::support, reach);
   scales.see(flat.triangles, flat.positions, flat.rest, flat.tools, ShapeChannel::tension, tension);
-  CHECK(scales.color_max(ShapeChannel::tension) == Approx(0.2F));  // each its own: they have different units
+  CHECK(scales.color_max(ShapeChannel::tension) == Approx(0.2F));  // separate ranges, as they have different units
   CHECK(scales.color_max(ShapeChannel::support) == Approx(1));
 }
 

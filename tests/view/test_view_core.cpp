@@ -1,4 +1,4 @@
-// A viewer and the real server core, in virtual time over a link that loses what a seed says.
+// A viewer and the real server core, in virtual time over a link with losses drawn from a seed.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -20,7 +20,7 @@ struct InFlight {
   std::vector<std::byte> bytes;
 };
 
-/// The body goes up at 10 mm/s from the start of the server's clock.
+/// The body rises at 10 mm/s from the start of the server's clock.
 std::vector<Vec3> lifted(const demo::Body& body, Micros stamp) {
   std::vector<Vec3> positions;
   for (const Vec3f& p : body.rest) positions.push_back(p.cast<double>() + Vec3(0, 0, 0.01 * seconds(stamp)));
@@ -152,7 +152,7 @@ void let_another_watch(World& world) {
   std::array<std::byte, kMaxDatagramBytes> out;
   ViewCore other("watcher", Micros{0});
   PeerId to = 0;
-  for (int exchange = 0; exchange < 2; ++exchange) {  // a Hello, and what shows that its answer came
+  for (int exchange = 0; exchange < 2; ++exchange) {  // a Hello, and the proof that its answer came
     other.tick(Micros{0});
     while (const auto size = other.emit(out, Micros{0})) world.server.take(std::span(out).first(size), 2, Micros{0});
     while (const auto size = world.server.emit(out, to, Micros{0}))

@@ -14,7 +14,7 @@ struct Home {
 
   Home() { socket.non_blocking(true); }
   UdpEndpoint address() const { return socket.local_endpoint(); }
-  /// Whether a Hello came, and from where.
+  /// Returns true if a Hello came; stores its sender.
   bool asked() {
     std::array<std::byte, kMaxDatagramBytes> datagram;
     asio::error_code none;

@@ -229,14 +229,14 @@ TEST_CASE("nonsense is named: too short, too long, not ours, another version, ou
 
 TEST_CASE("a datagram of another version says so, and still says which station sent it") {
   auto bytes = seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""}));
-  // the version stands where the root table's vtable says that field 0 is
+  // The version stands where the root table's vtable places field 0.
   const auto u16 = [&](std::size_t at) {
     return std::to_integer<std::size_t>(bytes[at]) | std::to_integer<std::size_t>(bytes[at + 1]) << 8;
   };
   const std::size_t table = u16(0), vtable = table - u16(table), version = table + u16(vtable + 4);
   REQUIRE(u16(version) == kWireVersion);
   bytes[version] = std::byte{kWireVersion + 1};
-  for (std::size_t i = kHelloBytes / 2; i < bytes.size(); ++i) bytes[i] = std::byte{0xff};  // whatever that version says there
+  for (std::size_t i = kHelloBytes / 2; i < bytes.size(); ++i) bytes[i] = std::byte{0xff};  // arbitrary content of that version
   Message out;
   CHECK(decode(bytes, out) == WireFault::version);
   CHECK(out.station == 7);

@@ -14,7 +14,7 @@ bool sensible(const std::string& s) {
          std::none_of(s.begin(), s.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
 }
 
-/// Whether an accepted message keeps the ranges that docs/reference/wire.md promises.
+/// Returns true if an accepted message keeps the ranges that docs/reference/wire.md promises.
 struct Sensible {
   bool operator()(const Hello& m) const {
     return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && m.scheme <= Scheme::hyper &&
@@ -105,7 +105,7 @@ TEST_CASE("mutated datagrams never crash the decoder and never bring a value out
     if (fault != WireFault::none) continue;
     ++accepted;
     if (!std::visit(Sensible{}, message.body)) FAIL("mutation " << i << " was accepted with a value out of range");
-    const auto ours = seeds::bytes_of(message);  // empty when the mutated layout held more than ours can
+    const auto ours = seeds::bytes_of(message);  // empty if the mutated layout held more than ours can
     if (!ours.empty() && decode(ours, message) == WireFault::none && seeds::bytes_of(message) != ours)
       FAIL("mutation " << i << " does not keep its bytes once we encoded it");
   }

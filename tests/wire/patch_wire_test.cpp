@@ -23,7 +23,7 @@ void check_float32(const A& got, const B& sent) {
     for (Eigen::Index i = 0; i < sent.rows(); ++i) CHECK(std::abs(got(i, j) - sent(i, j)) <= 6e-8 * std::abs(sent(i, j)));
 }
 
-/// D_ii in float32, what couples modes to half a step of 1/32767 of sqrt(D_ii D_jj).
+/// D_ii is float32; the coupling of modes is within half a step of 1/32767 of sqrt(D_ii D_jj).
 void check_damping(const ModeMatrix& got, const ModeMatrix& sent) {
   check_float32(got.diagonal(), sent.diagonal());
   const ModeVector root = sent.diagonal().cwiseSqrt();
@@ -107,7 +107,7 @@ TEST_CASE("the growing load of other tools arrives with the patch, and one that 
     const Patch got = round_trip(sent);
     check_float32(got.load_rate, sent.load_rate);
     CHECK(got.load_for == sent.load_for);
-    // Two entries of the vtable, an offset, a count and a time; what follows may move by 4 more to lie on 8 bytes.
+    // Two entries of the vtable, an offset, a count and a time; the rest may move by 4 more for alignment to 8 bytes.
     const auto most = bare + 16 + 4 * static_cast<std::size_t>(sent.modes()) + 4;
     CHECK(seeds::bytes_of(seeds::message(PatchMessage{sent})).size() <= most);
   }
@@ -194,7 +194,7 @@ TEST_CASE("stress that fades arrives with the patch, and one that does not costs
 
     for (Patch wrong : {sent, sent, sent, sent}) {
       static int which = 0;
-      if (which % 4 == 0) wrong.fading.of[0].prony.share = 0.8;  // 1.05 in all
+      if (which % 4 == 0) wrong.fading.of[0].prony.share = 0.8;  // 1.05 in total
       if (which % 4 == 1) wrong.fading.of[0].prony.time_s = 0.001;
       if (which % 4 == 2) wrong.fading.of[1].pull[0] = 1e13;
       if (which++ % 4 == 3) wrong.fading.of[1].pull.resize(variables - 1);
@@ -239,7 +239,7 @@ TEST_CASE("a constant patch carries its force and nothing of a model") {
 }
 
 TEST_CASE("rounding leaves singular damping acceptable where there was left room for it") {
-  // rank one: every rounding error may push an eigenvalue below zero
+  // Rank one: every rounding error may push an eigenvalue below zero.
   for (unsigned seed = 0; seed < 200; ++seed) {
     std::mt19937 random(seed);
     Patch patch = seeds::attach_patch(11);

@@ -101,7 +101,7 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
   return patch;
 }
 
-/// With other tools, the first of which touches.
+/// A patch with other tools, the first of which touches.
 inline Patch shared_patch(int r, int vertices, int triangles, int others) {
   std::mt19937 random(300u + static_cast<unsigned>(r));
   Patch patch = touch_patch(r, vertices, triangles);
@@ -121,7 +121,7 @@ inline Patch shared_patch(int r, int vertices, int triangles, int others) {
   return patch;
 }
 
-/// Terms that are springs between so many nodes, every number of another size.
+/// Terms of springs between `nodes` nodes, with numbers of all magnitudes.
 inline NonlinearTerms spring_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(400u + static_cast<unsigned>(r));
   const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
@@ -145,7 +145,7 @@ inline NonlinearTerms spring_terms(int r, bool grasp, int count, int nodes) {
   return terms;
 }
 
-/// Terms that are tetrahedra between so many nodes, eight and more, every number of another size.
+/// Terms of tetrahedra between `nodes` nodes, at least eight, with numbers of all magnitudes.
 inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   std::mt19937 random(500u + static_cast<unsigned>(r));
   const auto some = [&](Eigen::Index rows, Eigen::Index cols, float scale) {
@@ -161,7 +161,7 @@ inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
     terms.solid.law.fibres = {{0, 0.6F, 0.8F}, 0.75, 2};
   }
   terms.solid.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
-  // Along a helix any four that follow one another span a volume, all the same way round.
+  // Along a helix any four consecutive points span a volume of the same orientation.
   terms.solid.rest.resize(3, nodes);
   for (int i = 0; i < nodes; ++i)
     terms.solid.rest.col(i) << 0.02F * std::cos(1.2F * static_cast<float>(i)), 0.02F * std::sin(1.2F * static_cast<float>(i)),
@@ -179,7 +179,7 @@ inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   return terms;
 }
 
-/// Leaves the first vertices and triangles to the patch, gives the others to the terms.
+/// Leaves the first vertices and triangles in the patch and moves the others to the terms.
 inline void move_surface(int vertices, int triangles, Patch& patch, NonlinearTerms& terms) {
   PortSurface& s = patch.surface;
   terms.vertices.assign(s.vertices.begin() + vertices, s.vertices.begin() + s.vertex_count);

@@ -62,7 +62,7 @@ TEST_CASE("a block that is cut short, or says what cannot be, is not read") {
     BlockReader reader(wrong, 3);
     CHECK_FALSE(reader.next(block));
   }
-  const std::vector<std::uint8_t> beyond{0, 0, 0, 1, 1, 0xff, 0xff, 0x7f, 1};  // the largest number and one more
+  const std::vector<std::uint8_t> beyond{0, 0, 0, 1, 1, 0xff, 0xff, 0x7f, 1};  // the largest number plus one
   BlockReader reader(beyond, 1);
   CHECK_FALSE(reader.next(block));
 }

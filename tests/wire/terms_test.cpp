@@ -1,5 +1,4 @@
-// The terms of a patch in datagrams: what arrives is what was sent, as precise as its numbers, and nothing that is not sane gets
-// through.
+// The terms of a patch in datagrams: they arrive as sent, with the precision of their numbers, and invalid ones are refused.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -22,14 +21,14 @@ PatchTerms round_trip(const PatchTerms& piece) {
   return std::get<PatchTerms>(out.body);
 }
 
-/// What a client has of terms for a patch, when all their pieces came.
+/// Terms that a client has for a patch after all their pieces came.
 std::optional<NonlinearTerms> arrived(const NonlinearTerms& terms, const Patch& patch) {
   TermsAssembly assembly;
   for (const PatchTerms& piece : to_pieces(terms, patch.seq)) CHECK(assembly.take(round_trip(piece)));
   return assembly.terms_for(patch);
 }
 
-/// Of a patch and its terms, datagrams and all.
+/// Size of a patch and its terms, datagrams included.
 std::size_t bytes_of(const Patch& patch, const NonlinearTerms& terms) {
   std::size_t bytes = seeds::bytes_of(seeds::message(PatchMessage{patch})).size();
   for (const PatchTerms& piece : to_pieces(terms, patch.seq)) bytes += seeds::bytes_of(seeds::message(piece)).size();
@@ -126,8 +125,8 @@ TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and
     CHECK(refused([](SampledTetrahedra& s) { s.dilation[3] = -1; }));
     CHECK(refused([](SampledTetrahedra& s) { s.damping_s[7] = -1; }));
     CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = 15; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = s.nodes(0, 33); }));          // no volume
-    CHECK(refused([](SampledTetrahedra& s) { std::swap(s.nodes(1, 9), s.nodes(2, 9)); }));  // less than none
+    CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = s.nodes(0, 33); }));          // zero volume
+    CHECK(refused([](SampledTetrahedra& s) { std::swap(s.nodes(1, 9), s.nodes(2, 9)); }));  // negative volume
     CHECK(refused([](SampledTetrahedra& s) { s.motion.parent[4] = 5; }));
     CHECK(refused([](SampledTetrahedra& s) { s.motion.tool = 15; }));
     CHECK(refused([](SampledTetrahedra& s) { s.rest(1, 2) = std::numeric_limits<float>::quiet_NaN(); }));
@@ -146,7 +145,7 @@ TEST_CASE("how nodes move is right to half a byte's step of what each moves more
   Eigen::MatrixXf rows(3 * kNodes, kModes);
   for (int k = 0; k < kModes; ++k) {
     rows.col(k).setConstant(std::pow(10.0F, static_cast<float>(k - 3)));
-    for (float& v : rows.col(k)) v *= 1 + 0.01F * draw(random);  // all but alike
+    for (float& v : rows.col(k)) v *= 1 + 0.01F * draw(random);  // nearly equal
   }
   const NodeMotion motion = rounded(rows, -1);
   const Eigen::MatrixXf wrong = motion.rows(0) - rows;
@@ -154,7 +153,7 @@ TEST_CASE("how nodes move is right to half a byte's step of what each moves more
     for (int axis = 0; axis < 3; ++axis)
       for (int k = 0; k < kModes; ++k)
         CHECK(std::abs(wrong(3 * i + axis, k)) <= 1.01F * motion.step[i] * motion.scale[k] / (2 * NodeMotion::kByteMax));
-  // All but the first are told from another one, a hundredth as large.
+  // All but the first are relative to another one, and a hundredth as large.
   CHECK(motion.step.tail(kNodes - 1).maxCoeff() < 0.05F * motion.step[0]);
   const Eigen::MatrixXf held = motion.rows(3);
   CHECK(held.leftCols(3).norm() == 0);
@@ -191,13 +190,13 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
   REQUIRE(joined.surface.vertex_count == kMaxPortVertices);
   REQUIRE(joined.surface.triangle_count == kTriangles);
   CHECK(joined.surface.triangles == whole.surface.triangles);
-  Eigen::VectorXd most = Eigen::VectorXd::Zero(12);  // of each mode
+  Eigen::VectorXd most = Eigen::VectorXd::Zero(12);  // for each mode
   for (int i = 5; i < kMaxPortVertices; ++i)
     most = most.cwiseMax(whole.surface.vertices[static_cast<std::size_t>(i)].rows.cwiseAbs().colwise().maxCoeff().transpose());
   for (std::size_t i = 5; i < kMaxPortVertices; ++i) {
     const PortVertex &vertex = joined.surface.vertices[i], &expected = whole.surface.vertices[i];
     CHECK((vertex.position - expected.position).cwiseAbs().maxCoeff() < 0x1p-21);
-    for (int k = 0; k < 12; ++k)  // of two that go opposite ways, half a byte's step
+    for (int k = 0; k < 12; ++k)  // for two that move in opposite directions, half a byte's step
       CHECK((vertex.rows.col(k) - expected.rows.col(k)).cwiseAbs().maxCoeff() < 1.01 * 2 * most[k] / (2 * NodeMotion::kByteMax));
     check_half(vertex.normal, expected.normal);
   }
@@ -206,10 +205,10 @@ TEST_CASE("the surface that terms bring joins the patch's own, or the terms do n
   NonlinearTerms bad = sent;
   bad.triangles[2][1] = kMaxPortVertices - 1;
   CHECK(arrived(bad, patch));
-  bad.vertices.pop_back();  // that vertex is not there any more
+  bad.vertices.pop_back();  // that vertex no longer exists
   CHECK_FALSE(arrived(bad, patch));
   bad = sent;
-  bad.triangles[2] = {4, 4, 6};  // no area
+  bad.triangles[2] = {4, 4, 6};  // zero area
   CHECK_FALSE(arrived(bad, patch));
   bad = sent;
   bad.vertices[3].position.x() = 11;
@@ -243,7 +242,7 @@ TEST_CASE("pieces that are not sane are not sent, and are dropped and counted wh
   bad.unit[2] = -1;
   CHECK(check(bad) == TermsFault::out_of_range);
   bad = good;
-  bad.piece = static_cast<std::uint8_t>(bad.pieces + 1);  // behind the parity
+  bad.piece = static_cast<std::uint8_t>(bad.pieces + 1);  // beyond the parity
   CHECK(check(bad) == TermsFault::sizes);
   bad = good;
   bad.numbers.pop_back();
@@ -270,7 +269,7 @@ TEST_CASE("pieces that are not sane are not sent, and are dropped and counted wh
 
 TEST_CASE("polynomials, as they were sent once, are dropped: their patch plays without terms") {
   constexpr std::uint32_t kSeq = 0x51c0ffee;
-  constexpr std::ptrdiff_t kLeading = 43, kFlags = 44;  // bytes behind patch_seq, the first of the head (schema/wire.fbs)
+  constexpr std::ptrdiff_t kLeading = 43, kFlags = 44;  // bytes after patch_seq, the first of the head (schema/wire.fbs)
   auto bytes = seeds::bytes_of(seeds::message(to_pieces(seeds::spring_terms(6, true, 9, 5), kSeq).front()));
   std::array<std::byte, sizeof kSeq> seq{};
   std::memcpy(seq.data(), &kSeq, sizeof kSeq);
@@ -286,14 +285,14 @@ TEST_CASE("polynomials, as they were sent once, are dropped: their patch plays w
 
 namespace {
 
-/// Numbers of all pieces, which say everything that the terms do.
+/// Numbers of all pieces, which contain everything in the terms.
 std::vector<std::uint16_t> numbers_of(const NonlinearTerms& terms) {
   std::vector<std::uint16_t> all;
   for (const PatchTerms& piece : to_pieces(terms, 1)) all.insert(all.end(), piece.numbers.begin(), piece.numbers.end());
   return all;
 }
 
-/// Of all pieces k of which bit k of `lost` is not set, and the parity as the `parity_at`th.
+/// Terms after all pieces except those whose bit in `lost` is set, with the parity as the `parity_at`th.
 std::optional<NonlinearTerms> arrived_without(unsigned lost, std::size_t parity_at, const NonlinearTerms& terms,
                                               const Patch& patch) {
   const auto pieces = to_pieces(terms, patch.seq);
@@ -340,7 +339,7 @@ TEST_CASE("what a parity restores is checked like a piece that came, and one tha
   REQUIRE(pieces.size() >= 2);
   for (const bool wrong : {false, true}) {
     PatchTerms parity = parity_of(pieces);
-    if (wrong) parity.numbers[7] ^= static_cast<std::uint16_t>(pieces[0].numbers[7] ^ 0x7c00);  // makes it infinity
+    if (wrong) parity.numbers[7] ^= static_cast<std::uint16_t>(pieces[0].numbers[7] ^ 0x7c00);  // turns it into infinity
     TermsAssembly assembly;
     CHECK(assembly.take(parity));
     CHECK_FALSE(assembly.take(parity));

@@ -1,4 +1,4 @@
-// The scheme is left to the server: what hands get of it when patches cost this or that.
+// The scheme is left to the server: schemes that hands get for various costs of patches.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -15,7 +15,7 @@ constexpr Micros kCheapPatch{6'000}, kCostlyPatch{60'000};
 
 Scene scene_of(const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/" + name); }
 
-/// Down onto the top of touch-cube at a place of its own, and slowly up and down there.
+/// Down onto the top of touch-cube at its own place, and slowly up and down there.
 Motion press(int k, double length_s) {
   const Vec3 place(0.03 + 0.04 * (k % 2), 0.03 + 0.04 * (k / 2), 0.075);
   std::vector<MotionPoint> points;
@@ -39,7 +39,7 @@ LinkSpec near_by() {
   return link;
 }
 
-/// Each patch of `hyper` costs that much at that world time, and the rollouts that they share `rollouts`.
+/// Options in which each patch of `hyper` has the given cost at a world time, and the shared rollouts cost `rollouts`.
 WorldOptions charged(std::function<Micros(Micros)> hyper, Micros rollouts = {}) {
   WorldOptions options;
   options.frame_times = [hyper = std::move(hyper), rollouts](Micros now, const FrameJob& job, const FrameResult& result) {
@@ -53,7 +53,7 @@ WorldOptions charged(std::function<Micros(Micros)> hyper, Micros rollouts = {}) 
   return options;
 }
 
-/// One hand for six seconds, whose nonlinear patches are dear from second 2 to 3.
+/// One hand for six seconds, whose nonlinear patches are expensive from second 2 to 3.
 double hand_over_step_n(SchemeAsked asked, std::uint64_t& changes) {
   const Scene scene = scene_of("touch-cube.json");
   World world(scene,
@@ -114,7 +114,7 @@ TEST_CASE(
     for (std::size_t k = 0; k < 4; ++k) all.patches += world.station(k).core().counts().patches;
     return all;
   };
-  // 20 frames a second for 5 s, in which four patches of 15 ms do not fit.
+  // 20 frames a second for 5 s, into which four patches of 15 ms do not fit.
   const Served dear = served(Scheme::hyper), chosen = served(std::nullopt);
   CAPTURE(dear.patches, chosen.patches);
   CHECK(dear.frames >= 95);

@@ -1,4 +1,4 @@
-// Every check can fail: each is shown a world in which just its rule is broken.
+// Every check can fail: each is run in a world in which only its rule is broken.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -14,8 +14,8 @@ using namespace palpate;
 
 namespace {
 
-/// A small world in which nothing goes wrong: one hand of the given kind of device, with as many states as
-/// usual, on a body that it touches or holds.
+/// A small world without faults: one hand with the given kind of device and the usual number of states, on a body that it touches
+/// or holds.
 Scenario quiet(bool simulated = false) {
   DrawOptions draw;
   draw.faults = draw.losses = draw.drift = false;
@@ -35,7 +35,7 @@ bool found(const WorldReport& report, const std::string& check) {
   return false;
 }
 
-/// Runs with every tick's output changed.
+/// Runs the scenario with every tick's output changed.
 WorldReport with_output(const Scenario& s, const std::function<void(const ToolSample&, TickOutput&)>& change) {
   RunOptions options;
   options.prepare = [&change](World& world) {
@@ -145,7 +145,7 @@ TEST_CASE("The check of causality sees a patch of the future in use", "[checks]"
 
 TEST_CASE("The check of causality sees a patch with a wrong stamp, and one from before it was sent", "[checks]") {
   Scenario s = quiet();
-  s.stations[0].path.back().position.x() += 0.3;  // within a minute, once the hand is done: 20 ms are 0.1 mm
+  s.stations[0].path.back().position.x() += 0.3;  // within a minute after the hand is done: 20 ms are 0.1 mm
   s.end += Micros{500'000};
   RunOptions options;
   options.prepare = [](World& world) {

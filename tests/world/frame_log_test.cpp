@@ -1,4 +1,4 @@
-// The frames of one world for its twin: only where the twin asks for the very same.
+// The frames of one world for its twin: reused only for identical jobs.
 #include <catch2/catch.hpp>
 
 #include "bench/world/attacked.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr Micros kFrame{50'000};
 
-/// A hand that pushes a node aside; frame k of it.
+/// A hand that pushes a node sideways; frame k of it.
 FrameJob push(int k, double further_m = 0) {
   FrameJob job;
   job.begin = k * kFrame;
@@ -28,7 +28,7 @@ struct Pushed {
   Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json");
   Room room{scene};
   Pushed() { room.start(Micros{}); }
-  /// Job k, the tool of it where it is grasped.
+  /// Runs job k, with its tool relative to the grasped node.
   std::vector<Vec3> run(const FrameRunner& runner, FrameJob job) {
     for (ToolSample& sample : job.stations[0].samples) sample.position += home_of(scene);
     return runner(room, job).positions;

@@ -1,4 +1,4 @@
-// Sixteen hands on one body over links of their own: nobody is stalled, and each feels the body.
+// Sixteen hands on one body over their own links: none is stalled, and each feels the body.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kHands = 16;
 
-/// Down onto the top of touch-cube at a place of its own, and up and down there.
+/// Down onto the top of touch-cube at its own place, and up and down there.
 Motion press(int k) {
   const Vec3 place(0.015 + 0.025 * (k % 4), 0.015 + 0.025 * (k / 4), 0.075);
   std::vector<MotionPoint> points;
@@ -71,10 +71,10 @@ TEST_CASE("Sixteen stations of different links press one body at once, leave and
     CHECK(f.contacts > f.ticks / 2);
     CHECK(f.most_n > 0.1);
     CHECK(f.most_n < 30);
-    // Own round trip, 75 ms of waiting for the others, frames and what was lost; the far one is not waited for.
+    // Own round trip, 75 ms of waiting for the others, frames and losses; the far one is not waited for.
     CHECK(f.oldest < Micros{1000 * (2 * one_way_ms(k) + 75 + 250)});
   }
-  // One goes without a word, one says goodbye; fourteen feel on.
+  // One leaves without a goodbye, one with; fourteen are unaffected.
   stations[3]->device().stop();
   stations[3]->core().leave(stations[3]->clock(world.now()));
   for (Felt& f : felt) f = {};
@@ -82,7 +82,7 @@ TEST_CASE("Sixteen stations of different links press one body at once, leave and
   CHECK(world.server().station_count() == kHands - 1);
   for (int k = 0; k < kHands; ++k)
     if (k != 3) CHECK(felt[static_cast<std::size_t>(k)].with_patch == felt[static_cast<std::size_t>(k)].ticks);
-  // Its name is free for another.
+  // Its name is free for another station.
   ClientOptions again;
   again.hello.station = "hand 3";
   again.hello.scheme = Scheme::port;

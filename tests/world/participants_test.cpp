@@ -1,4 +1,4 @@
-// What can happen to the participants of the simulated world.
+// Faults of the participants of the simulated world.
 #include <catch2/catch.hpp>
 
 #include "bench/world/world.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 Scene cube6() { return load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json"); }
 
-/// One hand that holds the node 3 mm aside, 10 ms each way.
+/// One hand that holds the node 3 mm off, with 10 ms each way.
 struct SmallWorld {
   Scene scene = cube6();
   World world{scene, {}};
@@ -48,7 +48,7 @@ TEST_CASE("A clock with drift reads what it says, steps ahead, and is inverted t
 }
 
 TEST_CASE("The haptic thread ticks on the milliseconds of its own clock") {
-  SmallWorld fast(1e4);  // 1 %: plain to see
+  SmallWorld fast(1e4);  // 1 %, clearly visible
   fast.until_ms(1000);
   CHECK(fast.ticks == Approx(1010).margin(2));
   CHECK(fast.station->clock(fast.ticked).count() % 1000 == Approx(0).margin(1));

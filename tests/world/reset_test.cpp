@@ -1,4 +1,4 @@
-// Hands on a body that is put back to rest feel no jump, over real cores and links in virtual time.
+// Hands on a body that is reset to rest feel no jump, over real cores and links in virtual time.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTopM = 0.075;
 
-/// Down onto touch-cube by 1 s, held to 4 s with a little swing, out, and down again.
+/// Down onto touch-cube by 1 s, held to 4 s with a small oscillation, out, and down again.
 Motion press(double x_m) {
   std::vector<MotionPoint> points;
   for (int i = 0; i <= 8000; ++i) {
@@ -63,7 +63,7 @@ TEST_CASE("A reset takes what hands feel away and gives it back without a step, 
   for (const ResetFelt& f : felt) {
     CHECK(f.at_reset_n > 0.5);
     CHECK(f.quiet_n < 1e-6);
-    CHECK(f.steepest_n < std::max(0.05, 0.05 * f.at_reset_n));  // what goes unnoticed from one tick to the next
+    CHECK(f.steepest_n < std::max(0.05, 0.05 * f.at_reset_n));  // change per tick that goes unnoticed
     CHECK(f.again_n == Approx(f.at_reset_n).epsilon(0.3));
   }
 }

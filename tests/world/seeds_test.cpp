@@ -1,4 +1,4 @@
-// Hundreds of worlds, each drawn from its seed, under every check. A failure says which command repeats it.
+// Hundreds of worlds, each drawn from its seed, under every check. A failure prints the command that repeats it.
 #include <catch2/catch.hpp>
 
 #include "bench/world/run.hpp"
@@ -24,7 +24,7 @@ void run_seeds(std::uint64_t first, std::uint64_t count) {
 
 }  // namespace
 
-// In parts, so that they share the cores.
+// In parts, to share the cores.
 TEST_CASE("Worlds 1 to 60 hold every check", "[seeds]") { run_seeds(1, 60); }
 TEST_CASE("Worlds 61 to 120 hold every check", "[seeds]") { run_seeds(61, 60); }
 TEST_CASE("Worlds 121 to 180 hold every check", "[seeds]") { run_seeds(121, 60); }

@@ -1,5 +1,4 @@
-// The trust channel in the simulated world: it changes nothing that is felt, and neither does anybody who has no key for the
-// room.
+// The trust channel in the simulated world: it changes no felt force, and neither does an attacker without a key for the room.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -20,7 +19,8 @@ Scenario trusted_scenario(std::uint64_t seed, bool faults, bool losses, bool key
   return draw_scenario(draw);
 }
 
-/// A server that restarted has other keys, and what is under way to it is of no use; a station that did is its own successor.
+/// Returns true if a server or station restarts: a restarted server has other keys, and datagrams in flight to it are useless; a
+/// restarted station is its own successor.
 bool restarts(const Scenario& scenario) {
   return std::any_of(scenario.faults.begin(), scenario.faults.end(), [](const Fault& fault) {
     return fault.kind == FaultKind::server_restart || fault.kind == FaultKind::crash || fault.kind == FaultKind::leave;
@@ -32,13 +32,13 @@ std::string difference(const WorldReport& a, const WorldReport& b) {
   return tick ? "from tick " + std::to_string(*tick) + " of " + std::to_string(a.trail.size()) : "none";
 }
 
-/// A hand that holds a node 3 mm aside, with a key.
+/// A hand with a key that holds a node 3 mm off.
 struct KeyedHand {
   Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cube6.json");
   World world;
   WorldStation* station = nullptr;
-  Micros felt{};   ///< when last
-  Micros stamp{};  ///< of the patch in use, in its own clock
+  Micros felt{};   ///< when a force was last felt
+  Micros stamp{};  ///< stamp of the patch in use, in its own clock
 
   explicit KeyedHand(Micros way) : world(scene, keyed()) {
     ClientOptions options;
@@ -84,7 +84,7 @@ TEST_CASE("A hand whose address changes on the way, all of a sudden, feels on wi
   for (const int way_ms : {0, 30, 150}) {
     KeyedHand hand(Micros{1000 * way_ms});
     constexpr Micros kMoved{6'000'000};
-    // A datagram from there, the question, the answer; a sample of after that and a patch that knows it; two frames.
+    // A datagram from there, the question, the answer; a later sample and a patch that contains it; two frames.
     const Micros by = kMoved + Micros{1000 * 5 * way_ms} + Micros{150'000};
     hand.world.at(kMoved, [&] { hand.world.rebind(0); });
     hand.world.run_until(by);
@@ -103,8 +103,7 @@ TEST_CASE("A hand that crashes and is started again has its own name and force w
       KeyedHand hand(Micros{1000 * way_ms});
       constexpr Micros kCrash{6'000'000};
       const Micros again = kCrash + Micros{1000 * away_ms};
-      // Two round trips for keys, one for each of Hello, the first sample and the patch; the wait of a successor and its next
-      // Hello.
+      // Two round trips for keys, one each for Hello, the first sample and the patch; the wait of a successor and its next Hello.
       const Micros by = again + Micros{1000 * 10 * way_ms} + kSuccessorAfter + kHelloEvery + Micros{250'000};
       hand.world.at(kCrash, [&] { hand.station->crash(); });
       hand.world.at(again, [&] { hand.station->join_again(hand.world.now()); });
@@ -122,7 +121,7 @@ TEST_CASE("A hand that crashes and is started again has its own name and force w
 TEST_CASE("Worlds with keys, made anew all the time, feel to the bit what worlds without keys feel") {
   int compared = 0;
   for (const std::uint64_t seed :
-       {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 22}) {  // 16: keys were replaced that nobody had used
+       {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 22}) {  // 16: keys that were never used were replaced
     const Scenario scenario = trusted_scenario(seed, true, true);
     if (restarts(scenario)) continue;
     RunOptions open, keyed;
@@ -165,7 +164,7 @@ TEST_CASE("Somebody on the way with the key of a station for another room change
                       attacked = run_with_keys(scenario, Attacker::thief, Manner::careful);
     INFO("seed " << seed);
     CHECK(difference(quiet.report, attacked.report) == "none");
-    CHECK(attacked.counts.stray_bytes > 0);  // the thief was answered: the session is there, and of no use
+    CHECK(attacked.counts.stray_bytes > 0);  // the thief was answered: it has a session, which is of no use
   }
 }
 

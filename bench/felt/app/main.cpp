@@ -1,4 +1,4 @@
-// palpate-felt: the experiment `felt` of palpate-lab by itself, for who does not want to compile the others.
+// palpate-felt: the experiment `felt` of palpate-lab by itself, so that the others need not be compiled.
 #include <fmt/format.h>
 
 #include "bench/felt/felt.hpp"

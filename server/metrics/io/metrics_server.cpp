@@ -26,7 +26,7 @@ struct Answer {
   std::string type, text;
 };
 
-/// Answers GET at one path, and at none below it, with what `make` says, and HEAD with the head of that.
+/// Answers GET at one path, but at none below it, with the result of `make`, and HEAD with its headers.
 class Page : public CivetHandler {
  public:
   Page(std::string path, std::function<Answer()> make) : path_(std::move(path)), make_(std::move(make)) {}
@@ -47,7 +47,7 @@ class Page : public CivetHandler {
     return true;
   }
 
-  /// A request with a body would be read to its end after the answer, for as long as it comes: a thread each.
+  /// Refuses a request with a body: civetweb would read it after the answer for as long as it comes, in a thread each.
   static bool refuse(mg_connection* connection) {
     mg_printf(connection, "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
     mg_close_connection(connection);
@@ -62,13 +62,13 @@ Answer as_answer(const std::optional<std::string>& trouble) {
   return {trouble ? 503 : 200, "text/plain; charset=utf-8", trouble.value_or("ok") + "\n"};
 }
 
-/// As resolve_udp() understands it; TCP and UDP have the same addresses.
+/// Listens at an address as resolve_udp() understands it; TCP and UDP have the same addresses.
 std::unique_ptr<CivetServer> serve_at(const std::string& flag, const std::string& address) {
   const std::string where = flag + " " + address, there = to_string(resolve_udp(flag, address));
   if (!there.empty() && there.front() == '[' && !mg_check_feature(MG_FEATURES_IPV6))
     throw InputError(where, "is an IPv6 address, which this HTTP server has not learnt", "an IPv4 address");
-  // Threads that mostly sleep: some that hang with readers who are slow or say nothing keep no health check waiting. Connections
-  // end after an answer or 1 s.
+  // Most threads sleep: slow or silent readers that block some of them do not delay health checks. Connections end after an
+  // answer or 1 s.
   const std::vector<std::string> options{"listening_ports",    there,  "num_threads",       "64",
                                          "request_timeout_ms", "1000", "enable_keep_alive", "no"};
   try {
@@ -97,7 +97,7 @@ struct MetricsServer::Served {
 
   std::string version;
   LatestSlot<ServerState> slot;
-  std::mutex reading;  ///< of slot.take() and state
+  std::mutex reading;  ///< protects slot.take() and state
   std::optional<ServerState> state;
   Page metrics_page{"/metrics", [this] { return metrics(); }};
   Page health_page{"/healthz", [this] { return as_answer(not_well(newest(), monotonic_now())); }};
@@ -114,7 +114,7 @@ MetricsServer::MetricsServer(const std::string& flag, const std::string& address
   address_ = to_string(UdpEndpoint(there_.address(), there_.port()));
 }
 
-/// civetweb looks up to two seconds late whether it shall stop, or when somebody comes: so somebody does.
+/// civetweb notices a stop up to two seconds late, or at the next connection; so the destructor connects.
 MetricsServer::~MetricsServer() {
   const auto knock = [this](const std::stop_token& stopped) {
     asio::io_context io;
@@ -128,7 +128,7 @@ MetricsServer::~MetricsServer() {
   try {
     waker = std::jthread(knock);
   } catch (const std::system_error&) {
-  }  // none to be had: the end takes up to two seconds
+  }  // no thread available: the end takes up to two seconds
   served_->http.reset();
 }
 

@@ -1,8 +1,8 @@
-// /metrics, /healthz and /readyz over HTTP, for Prometheus and for whoever keeps servers running.
+// Serves /metrics, /healthz and /readyz over HTTP, for Prometheus and for monitoring in general.
 //
-// prometheus-cpp makes the text; civetweb, the server that prometheus-cpp itself stands on, is used without that library's
-// Exposer, which serves nothing but metrics. Both work on civetweb's own threads. The network thread hands over its state through
-// a LatestSlot and never waits for anybody who reads; readers wait for each other.
+// prometheus-cpp formats the text; its own web server, civetweb, is used directly, as the library's Exposer serves only metrics.
+// Both run on civetweb's threads. The network thread hands over its state through a LatestSlot and never waits for readers;
+// readers wait for each other.
 #pragma once
 
 #include <asio/ip/tcp.hpp>
@@ -15,13 +15,13 @@ namespace palpate {
 
 class MetricsServer {
  public:
-  /// Serves from now on. `address`: HOST:PORT, port 0 for any; InputError with `flag` when it is none or is in use.
+  /// Starts serving. `address` is HOST:PORT, with port 0 for any; throws InputError with `flag` if it is invalid or in use.
   MetricsServer(const std::string& flag, const std::string& address, std::string version);
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
 
-  /// From one thread. Until the first the server counts as loading.
+  /// Publishes a state; call from one thread only. Before the first the server counts as loading.
   void publish(ServerState state);
   /// HOST:PORT at which it serves.
   const std::string& address() const { return address_; }

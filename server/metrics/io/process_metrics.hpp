@@ -1,4 +1,4 @@
-// What Prometheus' client libraries say of a process, under their names: processor time, memory, open files, start.
+// Process metrics under the names of Prometheus' client libraries: processor time, memory, open files, start.
 #pragma once
 
 #include <prometheus/metric_family.h>
@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// Of this process, now. What the system does not tell is left out.
+/// Returns the present metrics of this process, without those that the system does not provide.
 std::vector<prometheus::MetricFamily> process_metrics();
 
 }  // namespace palpate

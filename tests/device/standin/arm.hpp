@@ -1,4 +1,5 @@
-// What both stand-ins are: a simulated Phantom whose milliseconds a thread counts, with faults, a log and a list of breaches.
+// Common part of both stand-ins: a simulated Phantom driven by a thread that counts milliseconds, with faults, a log and a list
+// of breaches.
 #pragma once
 
 #include <atomic>
@@ -26,7 +27,7 @@ class StandinArm : public Standin {
 
  protected:
   StandinArm();
-  /// What belongs to a millisecond: the vendor's callbacks. Called without the lock.
+  /// Calls the vendor's callbacks of a millisecond. Called without the lock.
   virtual void turn() {}
 
   void start_time();
@@ -37,9 +38,9 @@ class StandinArm : public Standin {
   unsigned int buttons() const { return buttons_; }
   bool calibrated() const { return calibrated_ && fault_ != StandinFault::not_calibrated; }
   void wait_while_blocked();
-  /// Reading of the tool in frame W, with what is wrong with it [m].
+  /// Reading of the tool in frame W, with the effect of faults [m].
   Vec3 position() const;
-  /// Rendered from now on, unless a fault takes it away [N, W].
+  /// Sets the rendered force, unless a fault suppresses it [N, W].
   void command(const Vec3& force);
   void breach(const std::string& what);
 

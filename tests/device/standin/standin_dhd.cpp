@@ -1,5 +1,5 @@
-// Stand-in for libdrd.so. Numbers and signatures are written down again here, from the vendor's published reference, and shared
-// with the adapter in nothing: what is wrong in one of the two shows.
+// Stand-in for libdrd.so. Numbers and signatures are repeated here from the vendor's published reference, and nothing is shared
+// with the adapter, so that an error in either shows.
 #include <chrono>
 #include <cstring>
 
@@ -37,10 +37,10 @@ class StandinDhd final : public palpate::StandinArm {
     if (!open_ || id != kId) return failed(5);
     if (forces_ && fault() != StandinFault::lost) breach("closed with the force on");
     stop_time();
-    open_ = false;  // the last thing: who waits for it may open anew at once
+    open_ = false;  // last: a waiting thread may open it again at once
     return 0;
   }
-  /// -1 with the reason kept, or 0.
+  /// Returns -1 and stores the reason, or returns 0.
   int unusable(char id) {
     if (!open_ || id != kId) return failed(5);
     return fault() == StandinFault::lost ? failed(2) : 0;
@@ -142,7 +142,7 @@ DHD_API int dhdGetSerialNumber(unsigned short* number, char) {
 }
 DHD_API int dhdGetPosition(double* x, double* y, double* z, char id) { return dhd().position(x, y, z, id); }
 DHD_API int dhdGetOrientationFrame(double m[3][3], char) {
-  // Turned by 30 degrees about D's z axis; columns are the end effector's axes.
+  // Rotated by 30 degrees about D's z axis; columns are the end effector's axes.
   const double c = 0.8660254037844387, s = 0.5;
   const double turned[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
   std::memcpy(m, turned, sizeof turned);
@@ -159,7 +159,7 @@ DHD_API int dhdErrorGetLast() { return last_error; }
 DHD_API const char* dhdErrorGetStr(int code) { return code == 5 ? "no device found" : "an error"; }
 DHD_API int dhdEnableExpertMode() { return dhd().expert(); }
 DHD_API int dhdSetWatchdog(unsigned char units, char id) { return dhd().watchdog(units, id); }
-// An older or smaller installation has libdhd alone.
+// Older or smaller installations have only libdhd.
 #ifndef STANDIN_WITHOUT_DRD
 DHD_API int drdOpenID(char index) { return dhd().open(index); }
 DHD_API int drdClose(char id) { return dhd().close(id); }

@@ -1,5 +1,5 @@
-// Stand-in for libHD.so. Numbers and signatures are written down again here, from the vendor's published reference, and shared
-// with the adapter in nothing: what is wrong in one of the two shows.
+// Stand-in for libHD.so. Numbers and signatures are repeated here from the vendor's published reference, and nothing is shared
+// with the adapter, so that an error in either shows.
 #include <cstring>
 
 #include "tests/device/standin/arm.hpp"
@@ -75,7 +75,7 @@ class StandinHd final : public palpate::StandinArm {
     if (!allowed(parameter)) return;
     const Vec3 w = 1000 * position();
     const double d[3] = {w.x(), w.z(), -w.y()};
-    // The stylus is turned by 30 degrees about D's y axis; columns of the matrix are its axes.
+    // The stylus is rotated by 30 degrees about D's y axis; columns of the matrix are its axes.
     const double c = 0.8660254037844387, s = 0.5;
     const double transform[16] = {c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, d[0], d[1], d[2], 1};
     switch (parameter) {
