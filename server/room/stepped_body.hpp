@@ -47,12 +47,12 @@ class SteppedBody {
     std::optional<LetGo> let_go;
     std::optional<MeasuredHeight> measured_height;
     Grasp grasp;
-    Micros off{};  ///< how long it was released when it last cost too much
+    Micros off{};  ///< time for which it stayed released when it last cost too much
     std::optional<Micros> cost_at;
   };
 
   explicit SteppedBody(const Scene& scene);
-  /// As in Room.
+  /// Same as in Room.
   void start(Micros body_time);
   bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed);
   void use_threads(ThreadPool& pool) { integrator_.stepper->use_threads(pool); }
