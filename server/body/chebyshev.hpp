@@ -7,8 +7,8 @@
 //     d_j = mu_j d_(j-1) + nu_j d_(j-2) + mu~_j h F(t + c_(j-1) h, y_0 + d_(j-1)) + gamma~_j h F_0,    j = 2 ... s
 //
 // For y' = lambda y a step gives P(h lambda) y, with P a Chebyshev polynomial stretched over the negative real axis: |P| stays
-// below 1 - kDamped / 3 down to about -0.65 s^2, where s Euler steps reach -2 s. Coefficients: w_0 = 1 + kDamped / s^2, w_1 =
-// T_s'(w_0) / T_s''(w_0), b_j = T_j''(w_0) / T_j'(w_0)^2, b_0 = b_1 = b_2,
+// below 1 - kDamped / 3 down to about -0.65 s^2, where s Euler steps reach -2 s. Coefficients: w_0 = 1 + kDamped / s^2,
+// w_1 = T_s'(w_0) / T_s''(w_0), b_j = T_j''(w_0) / T_j'(w_0)^2, b_0 = b_1 = b_2,
 //
 //     mu_j = 2 b_j w_0 / b_(j-1),   nu_j = -b_j / b_(j-2),   mu~_j = 2 b_j w_1 / b_(j-1),   mu~_1 = b_1 w_1,
 //     gamma~_j = -(1 - b_(j-1) T_(j-1)(w_0)) mu~_j

@@ -2,9 +2,9 @@
 //
 //     M x'' = F(x, x') + B lambda,       K = -dF/dx,   D = -dF/dx'
 //
-// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s]; F: internal forces and gravity [N]; M: lumped masses [kg]. Held nodes
-// (fixed for good, or by a tool) have prescribed x and v: their rows and columns of a system matrix become those of the identity,
-// and the force on them is the reaction that holds them.
+// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s]; F: internal forces and gravity [N]; M: lumped masses [kg].
+// Held nodes (fixed for good, or by a tool) have prescribed x and v: their rows and columns of a system matrix become those of
+// the identity, and the force on them is the reaction that holds them.
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 // Contacts of tools with an explicitly stepped body: the part of the surface that a contact needs, kept while it stays on its
 // triangle.
 //
-// Tools that do not touch are checked every kLookS while they are near, less often farther away. A contact's point is p = p_rest
-// + B^T u (skin.hpp); only the vertices around it are updated, to their positions at the step's end.
+// Tools that do not touch are checked every kLookS while they are near, less often farther away. A contact's point is
+// p = p_rest + B^T u (skin.hpp); only the vertices around it are updated, to their positions at the step's end.
 #pragma once
 
 #include <vector>

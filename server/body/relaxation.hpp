@@ -8,15 +8,15 @@
 //
 //     S = S_e - sum_k g_k Z_k,     Z_k' = (S_e - Z_k) / tau_k     (Z_k = 0: just deformed; Z_k = S_e: fully relaxed)
 //
-// LumpedBody::materials are those of fast motions, G(0) = 1; for slow ones the stress is 1 - sum g_k of that. A step of length h
-// advances Z by half of it, then x with Z fixed, then Z by the other half (Strang splitting, second order). Newton's method is
+// LumpedBody::materials are those of fast motions, G(0) = 1; for slow ones the stress is 1 - sum g_k times that. A step of length
+// h advances Z by half of it, then x with Z fixed, then Z by the other half (Strang splitting, second order). Newton's method is
 // unchanged: with F = sum x_j b_j^T the force of Z on the nodes of an element of volume V is linear in x,
 //
 //     V F Z b_i = sum_j (V b_i . Z b_j) x_j,   so   f_i += sum_j q_ij (x_j - x_i),   q_ij = sum_e V b_i . sum_k g_k Z_k b_j [N/m]
 //
 // The q_ij are force densities, one number for each pair of nodes that share an element, equal for x, y and z; K contains their
-// Laplacian. For a hexahedron (F, q) and its stress (P, p) are pulled back together, P = F S + q s^T, p_a = F s_a, and q_ij = g_i
-// . [[V Z, z], [z^T, 0]] g_j (hexa_kernel.hpp).
+// Laplacian. For a hexahedron (F, q) and its stress (P, p) are pulled back together, P = F S + q s^T, p_a = F s_a, and
+// q_ij = g_i . [[V Z, z], [z^T, 0]] g_j (hexa_kernel.hpp).
 //
 // F^-1 P is unbounded where an element is flat: J = det F is replaced by kLeastVolume where it is smaller.
 //

@@ -23,8 +23,8 @@
 // Fibres may be added to each of them, k = `share` mu_L (common/port/fibre_lanes.hpp).
 //
 // A triangle of a membrane is a tetrahedron whose last node is its first: b_3 = 0, b_1 and b_2 in its plane at rest, V its area
-// [m^2], moduli multiplied by its thickness [N/m] and for plane stress, lambda_L = E nu / (1 - nu^2). Its law is St.
-// Venant-Kirchhoff,
+// [m^2], moduli multiplied by its thickness [N/m] and for plane stress, lambda_L = E nu / (1 - nu^2). Its law is
+// St. Venant-Kirchhoff,
 //   membrane       Psi = mu E : E + lambda/2 tr(E)^2,  E = (F^T F - 1)/2 in the plane,  P = (lambda tr E - mu) F + mu F F^T F
 // which resists stretch and shear in its plane and no bending.
 // Source: Smith, De Goes and Kim, Stable neo-Hookean flesh simulation, ACM Trans. Graph. 37 (2018); for the eigenvectors of the

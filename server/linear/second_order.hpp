@@ -36,9 +36,9 @@ struct SecondOrderSystem {
 SecondOrderSystem second_order_system(const Dynamics& dynamics, const BodyState& state, std::uint32_t port_node,
                                       std::vector<std::uint8_t> held);
 
-/// The body with only its fixed nodes (and `held`) held, under a force lambda at one of its points p = B^T x, B 3 N x 3: M q'' +
-/// D q' + K q = B lambda. It is returned in the form above with B_k = B and the rest of the port 0, so that its G(s) is minus the
-/// compliance at the point [m/N].
+/// The body with only its fixed nodes (and `held`) held, under a force lambda at one of its points p = B^T x, B 3 N x 3:
+/// M q'' + D q' + K q = B lambda. It is returned in the form above with B_k = B and the rest of the port 0, so that its G(s) is
+/// minus the compliance at the point [m/N].
 SecondOrderSystem pushed_system(const Dynamics& dynamics, const BodyState& state, const Matrix& b,
                                 std::vector<std::uint8_t> held);
 

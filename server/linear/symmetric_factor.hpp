@@ -3,8 +3,8 @@
 // The pattern is analysed once (minimum degree, elimination tree, columns of similar pattern joined into fronts); each set of
 // values then costs dense arithmetic on the fronts. There is no pivoting. That is safe for s^2 M + s D + K with Re s > 0 and M,
 // D, K symmetric and positive semi-definite: divided by s its real part is positive definite, and so are those of all its Schur
-// complements. On the imaginary axis light damping lets entries grow; there the caller refines (dynamic_stiffness.hpp). Sources:
-// Duff and Reid, ACM TOMS 9 (1983); Liu, SIAM Review 34 (1992).
+// complements. On the imaginary axis light damping lets entries grow; there the caller refines (dynamic_stiffness.hpp).
+// Sources: Duff and Reid, ACM TOMS 9 (1983); Liu, SIAM Review 34 (1992).
 #pragma once
 
 #include <Eigen/Core>

@@ -15,8 +15,8 @@
 //
 // If the body's own layers have fewer nodes than those of such a half space, free sides cut the shells, and their compliance
 // grows in proportion: ShellCompliance. The reason for this block instead of one loaded by a plate, whose law is m^(d-2):
-// docs/decisions/0009-two-layer.md. Source: Cavusoglu and Tendick, section 5.2 and fig. 16, which gives neither the block's
-// loading nor figures.
+// docs/decisions/0009-two-layer.md.
+// Source: Cavusoglu and Tendick, section 5.2 and fig. 16, which gives neither the block's loading nor figures.
 #pragma once
 
 #include <vector>

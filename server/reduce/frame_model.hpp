@@ -19,11 +19,11 @@
 // at that point (which also stands for rigid).
 //
 // Shapes: n coordinates of three numbers (body_operator.hpp), m coupled tools; x*, v*, F 3 n [m], [m/s], [N]; M, D, K, P 3 n x
-// Shapes: n coordinates of three numbers (body_operator.hpp), m coupled tools; x*, v*, F 3 n [m], [m/s], [N]; M, D, K, P 3 n x
 // 3 n, P [N/m]; s [1/s]; B_k 3 n x 3, X_k 3 n x 3 [m/N]; lambda, v_o 3 [N], [m/s]; S_o 3 x 3 [N/m], S_O 3 m x 3 m, block
 // diagonal; B_O, X_O 3 n x 3 m.
 // Failures: P is not positive definite where a compressed body softens; then there is no system (system(), respond()); `clamp`
-// drops the softening. Source: of the lemma, Woodbury, Inverting modified matrices (1950).
+// drops the softening.
+// Source: Woodbury (the lemma), Inverting modified matrices (1950).
 #pragma once
 
 #include <algorithm>

@@ -9,10 +9,10 @@
 // joint stiffness before and after, terms restore
 //     E2 = 1/2 u^T (H - H~) u.
 //
-// Shapes: N nodes of the body or of the nonlinear subdomain, r modes, n = r variables, r + 3 for a grasp; u n [m for the tool, m
-// kg^1/2 for modes]; w 3 N [m]; V 3 N x r [kg^-1/2], W 3 N x n; H, H~ n x n [N/m for the tool, 1/s^2 for modes]. Failures: if no
-// weight is positive, or the elements are too stiff for the player's step, there are no terms. Source: energy-conserving sampling
-// and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014).
+// Shapes: N nodes of the body or of the nonlinear subdomain, r modes, n = r variables, r + 3 for a grasp; u n [m for the tool,
+// m kg^1/2 for modes]; w 3 N [m]; V 3 N x r [kg^-1/2], W 3 N x n; H, H~ n x n [N/m for the tool, 1/s^2 for modes].
+// Failures: if no weight is positive, or the elements are too stiff for the player's step, there are no terms.
+// Source: energy-conserving sampling and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014).
 #pragma once
 
 #include <optional>

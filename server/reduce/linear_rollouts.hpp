@@ -12,7 +12,6 @@
 //
 // with a_i such that the port has moved by kPushedM along i at the end. With C the mean of q q^T over all steps and trajectories
 // and E = K + s D + s^2 = L L^T,
-// and E = K + s D + s^2 = L L^T,
 //
 //     L^T C L = U Lambda U^T,     Q = the leading columns of L^-T U, made orthonormal
 //
@@ -20,9 +19,9 @@
 // displace better ones.
 //
 // Shapes: c candidates; D, K, C, E c x c, W^T B c x 3; Q c x count. If K is not definite, its eigenvalues enter by their absolute
-// values: a snapping body would fill all directions with one motion. Method: trapezoidal rule in kRolloutSteps steps. Sources:
-// the method of snapshots, Sirovich, Quart. Appl. Math. 45 (1987); energy as the weight, Rathinam and Petzold, SIAM J. Numer.
-// Anal. 41 (2003).
+// values: a snapping body would fill all directions with one motion.
+// Method: trapezoidal rule in kRolloutSteps steps. Sources: the method of snapshots, Sirovich, Quart. Appl. Math. 45 (1987);
+// energy as the weight, Rathinam and Petzold, SIAM J. Numer. Anal. 41 (2003).
 #pragma once
 
 #include "server/reduce/basis.hpp"

@@ -6,9 +6,9 @@
 // x 3 N; V 3 n x r, V_i 3 x r; masses [kg].
 //
 // It has the masses, materials and law of the whole body, but not its gravity, its triangles or its Prony series. For a solid,
-// elements are finite elements; its springs (ligaments) do not count. Limits: elements that are not added are missing, so nodes
-// that they join are out of balance even if those of the whole body are not; a caller fixes these nodes or uses differences.
-// Weights of nodes that are not here are dropped from a sum that was 1.
+// elements are finite elements; its springs (ligaments) do not count.
+// Limits: elements that are not added are missing, so nodes that they join are out of balance even if those of the whole body are
+// not; a caller fixes these nodes or uses differences. Weights of nodes that are not here are dropped from a sum that was 1.
 #pragma once
 
 #include <array>

@@ -28,8 +28,9 @@ bool has_nonlinear_elements(const LumpedBody& body);
 std::vector<std::uint32_t> nonlinear_elements(const Dynamics& dynamics, const BodyState& state, const Matrix& shapes,
                                               double negligible, std::size_t most);
 
-/// Returns second-order nodal forces: with delta = sum_i y_i directions_i, F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij
-/// + ...; F2_ij at pair_at(i, j). Requires a body that has_nonlinear_elements().
+/// Returns second-order nodal forces: with delta = sum_i y_i directions_i,
+/// F(x* + delta) = F - K delta + sum_{i<=j} y_i y_j F2_ij + ...; F2_ij at pair_at(i, j). Requires a body that
+/// has_nonlinear_elements().
 std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyState& state, const Matrix& directions);
 
 }  // namespace palpate

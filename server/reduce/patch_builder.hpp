@@ -17,11 +17,11 @@
 // (PortModel), a basis of these, K and D on the basis, and the contributions of the port. For a large body all but `two-layer`
 // and `balanced` use a coarser model of the part far from the tools (refined_body.hpp).
 //
-// K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
-// A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
-// would carry the surface away for as long as the patch lasts, while the body itself is soon stopped by its own stiffness. So
-// each mode is at least as stiff as the softest mode of the body at rest: its stiffness is max(|k|, softest), and the difference
-// is reported. The computations that stations of a room share are done once per frame, and the other stations' tools stay on the
+// K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are. A
+// compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model would
+// carry the surface away for as long as the patch lasts, while the body itself is soon stopped by its own stiffness. So each mode
+// is at least as stiff as the softest mode of the body at rest: its stiffness is max(|k|, softest), and the difference is
+// reported. The computations that stations of a room share are done once per frame, and the other stations' tools stay on the
 // body while a patch is in use (frame_model.hpp); the basis has no direction of its own for their forces
 // (docs/decisions/0010-other-tools.md). For a grasp the joint stiffness of modes and tool is then projected onto the positive
 // semi-definite matrices (psd_projection.hpp).

@@ -1,5 +1,5 @@
-// The basis of a nonlinear patch: proper orthogonal decomposition of snapshots (snapshot_set.hpp) in the energy of P = s^2 M + s
-// D + K.
+// The basis of a nonlinear patch: proper orthogonal decomposition of snapshots (snapshot_set.hpp) in the energy of
+// P = s^2 M + s D + K.
 //
 //     W = (alpha_k w_k), rows of held nodes zero;   W^T P W = U Lambda U^T;   V = leading columns of W U Lambda^-1/2, made
 //                                                                             orthonormal in M

@@ -5,12 +5,12 @@
 //
 //     d(t) = min_(0 <= s <= 1) |c_t - p - s a|,     a the expected displacement of the contact
 //
-// Room ends at kMaxPortTriangles, at a number of vertices, and at most_triangles() of these. Vertex i moves with the modes by R_i
-// = sum_j S_ij V_j, the weights of the skin (skin.hpp) over the rows of its nodes.
+// Room ends at kMaxPortTriangles, at a number of vertices, and at most_triangles() of these. Vertex i moves with the modes by
+// R_i = sum_j S_ij V_j, the weights of the skin (skin.hpp) over the rows of its nodes.
 //
-// Shapes: c_t, p, a 3 [m], at the stamp; V_j, R_i 3 x r [kg^-1/2], r modes. Limits: a is straight, so on a strongly curved
-// surface the piece may miss the path of the contact; beyond the piece the surface continues as the plane at the rim
-// (beyond_border() of surface.hpp).
+// Shapes: c_t, p, a 3 [m], at the stamp; V_j, R_i 3 x r [kg^-1/2], r modes.
+// Limits: a is straight, so on a strongly curved surface the piece may miss the path of the contact; beyond the piece the surface
+// continues as the plane at the rim (beyond_border() of surface.hpp).
 #pragma once
 
 #include <functional>

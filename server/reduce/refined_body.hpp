@@ -2,8 +2,8 @@
 // are made.
 //
 // Cells of the far field (far_field.hpp) with their centre close to a tool are near. Nodes of near cells keep their own
-// coordinates, those of the others move with the corners of their cell. With T the map from the coordinates y to the nodes, x -
-// x* = T y,
+// coordinates, those of the others move with the corners of their cell. With T the map from the coordinates y to the nodes,
+// x - x* = T y,
 //
 //     M_y = lumped T^T M T (its rows summed),   K_y = T^T K T,   D_y = T^T D T,   F_y = T^T F,   v_y = M_y^-1 T^T M v
 //

@@ -6,10 +6,11 @@
 // The pattern has an entry (p, q) if an element joins two near nodes p and q, or a near node p and a far cell with the corner q,
 // or if p and q are corners of one far cell.
 //
-// Shapes: n coordinates of three numbers; K_y, D_y 3 n x 3 n, symmetric, the upper triangle stored in 3 x 3 blocks [N/m], [N
-// s/m]; y, k_y = K_y y and d_y = D_y y 3 n x m. Limits: K_y is not definite where a compressed body softens, and a = c_d D_y +
-// c_k K_y may not be either; `clamp` drops the softening of elements with a near node only. Elements between far nodes may be
-// linearised at an earlier state (far_tangents.hpp).
+// Shapes: n coordinates of three numbers; K_y, D_y 3 n x 3 n, symmetric, the upper triangle stored in 3 x 3 blocks [N/m],
+// [N s/m]; y, k_y = K_y y and d_y = D_y y 3 n x m.
+// Limits: K_y is not definite where a compressed body softens, and a = c_d D_y + c_k K_y may not be either; `clamp` drops the
+// softening of elements with a near node only. Elements between far nodes may be linearised at an earlier state
+// (far_tangents.hpp).
 #pragma once
 
 #include <cstdint>

@@ -13,7 +13,7 @@
 // sent. As no w_e is negative, the chosen elements stiffen and buckle as the body's do, and store energy as they do beyond its
 // second order at the stamp.
 //
-// Samples are the displacements from which a patch's basis was made: the likeliest alone, scaled up and down with both signs, and
+// Samples are the displacements from which a patch's basis was made: the likeliest alone, once and doubled, with both signs, and
 // random mixtures of all, the same in every run. Instead of all samples the fit uses kSampleSums orthogonal sums of them.
 //
 // Shapes: n variables; u_s, r_e: n; K the diagonal of the stiffness, n numbers. There is no result if no weight is positive; if

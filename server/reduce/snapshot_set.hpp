@@ -5,7 +5,8 @@
 // of a grasp include the motion of the tool's node, which a basis holds still.
 //
 // Shapes: N nodes, or coordinates of a locally refined body (refined_body.hpp); w 3 N [m]; weighted() 3 N x count() [m]; alpha no
-// unit. Limits: weighted() needs at least one snapshot; snapshots that the body never comes near waste modes and elements.
+// unit.
+// Limits: weighted() needs at least one snapshot; snapshots that the body never comes near waste modes and elements.
 // Source: the method of snapshots, Sirovich, Turbulence and the dynamics of coherent structures, Quart. Appl. Math. 45 (1987).
 #pragma once
 

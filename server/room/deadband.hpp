@@ -16,10 +16,10 @@
 //
 // A hand notices a change of the force of about a tenth (w = 0.1), and is less sensitive where the force is small.
 //
-// Symbols: f 3 [N], the force on the tool; t in steps of 5 ms; w no unit. Failures: a station that does not report what it plays,
-// or plays a patch that is no longer kept (more than kSentMax ago, or older than the tool's track), is sent the new patch, which
-// costs bandwidth but no accuracy. Source: Hinterseer and Steinbach (2005), where the last force that was sent is compared
-// instead of the patch.
+// Symbols: f 3 [N], the force on the tool; t in steps of 5 ms; w no unit.
+// Failures: a station that does not report what it plays, or plays a patch that is no longer kept (more than kSentMax ago, or
+// older than the tool's track), is sent the new patch, which costs bandwidth but no accuracy.
+// Source: Hinterseer and Steinbach (2005), where the last force that was sent is compared instead of the patch.
 #pragma once
 
 #include <deque>

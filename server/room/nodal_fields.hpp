@@ -19,7 +19,8 @@ std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
 ///     stress     the largest von Mises stress sqrt(3/2 s : s), s the deviator of sigma [Pa]
 ///     strain     the largest |principal stretch - 1|
 ///     pressure   the volume-weighted mean of -tr(sigma) / 3 [Pa]
-/// zeros for a body of springs; or element_tension().
+///     tension    element_tension()
+/// Without finite elements all but the tension is zero.
 std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state, ShapeChannel field);
 inline constexpr double kVolumeRatioLeast = 0.1;  ///< lower bound of J: sigma of a flat element is unbounded
 

@@ -23,8 +23,8 @@ struct PeakGain {
   double omega_rad_s = 0;  ///< frequency of the peak; 0 for DC, infinity for the feed-through
 };
 
-/// Returns the norm within `tolerance` (relative). Dense: 8 N^3 per step, so N of some hundreds at most. Throws
-/// std::runtime_error if A is not stable or D1 is not zero.
+/// Returns the norm within `tolerance` (relative). Dense: 8 N^3 per step, so N of some hundreds at most.
+/// Throws std::runtime_error if A is not stable or D1 is not zero.
 PeakGain hinf_norm(const StateSpace& system, double tolerance = 1e-7);
 
 /// Returns `a` minus `b`, as one system of a.states() + b.states() states.
