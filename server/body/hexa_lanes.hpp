@@ -1,6 +1,6 @@
 // Eight hexahedra of one material side by side: the forces and the exact tangents of hexa_kernel.hpp.
 //
-// As in tetra_lanes.hpp, each lane of a vector holds one element, and the bits do not depend on the width or the neighbours. The
+// Each lane of a vector holds one element, and the bits do not depend on the width or the neighbours. The
 // cells of a lattice are boxes of one shape, except those at a clipped surface: a group of one shape stores its numbers once.
 #pragma once
 

@@ -201,7 +201,7 @@ TetraTangent::TetraTangent(const TetraMaterial& material, const Mat3& f, bool cl
   if (material.fibre_k != 0) add_fibres(material, clamp);
 }
 
-/// Where F rotates by R [w]x, R rotates by R [w / (s_i + s_j)]x: three modes, along the eigenvectors of S.
+/// A rotation of F by R [w]x rotates R by R [w / (s_i + s_j)]x: three modes, along the eigenvectors of S.
 void TetraTangent::corotational(const TetraMaterial& m, bool clamp) {
   const Mat3 r = polar_rotation(f_);
   Mat3 s = r.transpose() * f_;

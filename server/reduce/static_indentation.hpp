@@ -9,8 +9,8 @@
 // one step of backward Euler of 1/s from rest; a is the displacement of a hand that yields like a spring kappa,
 // kHandStiffnessRatio times as stiff as the body at the stamp. Far from the port the body deforms little: only the
 // kSubdomainNodes nodes nearest to it (for a solid kSolidSubdomainNodes), by elements, use nonlinear forces, all others
-// follow w = P^-1 B f. The solver is nonlinear conjugate gradients, preconditioned with the blocks of P's diagonal; the ends of the
-// nonlinear subdomain are updated with f in kEndRounds rounds, and each displacement starts from the last.
+// follow w = P^-1 B f. The solver is nonlinear conjugate gradients, preconditioned with the blocks of P's diagonal; the ends of
+// the nonlinear subdomain are updated with f in kEndRounds rounds, and each displacement starts from the last.
 //
 // Source: nonlinear elimination of the strongly nonlinear part, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
 #pragma once
