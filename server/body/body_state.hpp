@@ -1,4 +1,4 @@
-// Where the nodes of a body are and how they move.
+// Positions and velocities of the nodes of a body.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ struct BodyState {
   double time_s = 0;
   Vector x, v;
   std::shared_ptr<const StressHistory> history =
-      nullptr;  ///< of a solid whose stress fades (relaxation.hpp); none: it has faded nowhere
+      nullptr;  ///< of a solid whose stress relaxes (relaxation.hpp); null: nothing has relaxed yet
 };
 
 inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-/// T_j and its derivatives at one place.
+/// T_j and its derivatives at one argument.
 struct Polynomials {
   std::vector<double> value{1}, slope{0}, bend{0};
   Polynomials(int s, double at) {
@@ -50,10 +50,10 @@ std::complex<double> Chebyshev::grow(std::complex<double> z) const {
   return 1.0 + d;
 }
 
-/// Over both eigenvalues of the modes: conjugate, so that one will do, or both real.
+/// Checks both eigenvalues of each mode: they are conjugate, so that one is enough, or both real.
 bool Chebyshev::is_stable(const Spectrum& spectrum, double h) const {
   constexpr int kRatios = 3, kModes = 200;
-  constexpr double kSlowest = 1e-6, kRounding = 1e-9;  // of w^2
+  constexpr double kSlowest = 1e-6, kRounding = 1e-9;  // relative to w^2
   for (int i = 0; i < kRatios; ++i) {
     const double ratio_s = spectrum.least_s * std::pow(spectrum.most_s / spectrum.least_s, i / (kRatios - 1.0));
     for (int k = 0; k < kModes; ++k) {

@@ -1,10 +1,10 @@
-// Tools that touch one body in one step, closed together: each pushes the points of the others.
+// Tools that touch one body in one step, solved together: each moves the contact points of the others.
 //
 //     p_j = e_j + sum_k W_jk (lambda_k - lambda_k before)
 //
-// e_j: where the point of contact j ends with the forces of before [m]; W_jk: what a newton of contact k moves it by [m/N].
-// Contacts answer one after the other (contact_law.hpp), each seeing the newest forces of the others, in kSweeps sweeps; one
-// alone needs one.
+// e_j: end position of contact point j under the previous forces [m]; W_jk: its displacement per unit force at contact k [m/N].
+// The contacts are solved one after the other (contact_law.hpp), each with the newest forces of the others, in kSweeps sweeps; a
+// single contact needs one.
 #pragma once
 
 #include <vector>
@@ -16,8 +16,8 @@ namespace palpate {
 struct SweptContact {
   std::size_t port = 0;
   Vec3 end = Vec3::Zero(), normal = Vec3::UnitZ(), tool = Vec3::Zero();
-  Vec3 change = Vec3::Zero();  ///< out: of lambda
-  Vec3 slip = Vec3::Zero();    ///< out: by the contact law
+  Vec3 change = Vec3::Zero();  ///< output: change of lambda [N]
+  Vec3 slip = Vec3::Zero();    ///< output: slip by the contact law [m]
 };
 
 /// Sets lambda of the contacts' ports.

@@ -49,7 +49,7 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
   hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   relaxation_.add_tangents(state, c_k, held, clamp, a);
   if (!body_->planar) return;
-  // Nothing couples the nodes of a planar body across its plane; with c_m = 0 those rows would be empty.
+  // The nodes of a planar body are not coupled across its plane; with c_m = 0 those rows would be empty.
   for (std::uint32_t i = 0; i < nodes(); ++i)
     if (!(a.block(a.diagonal(i))(2, 2) > 0)) a.block(a.diagonal(i))(2, 2) = 1;
 }

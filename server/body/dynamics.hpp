@@ -1,10 +1,10 @@
-// The equations of motion of a body of lumped masses, joined by springs or filled with finite elements,
+// The equations of motion of a body of lumped masses that are joined by springs or carried by finite elements,
 //
 //     M x'' = F(x, x') + B lambda,       K = -dF/dx,   D = -dF/dx'
 //
 // x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s]; F: internal forces and gravity [N]; M: lumped masses [kg].
-// Nodes that are held (fixed for good, or by a tool) have prescribed x and v: their rows of a system matrix become identity
-// rows and columns, and the force on them is what it takes to hold them.
+// Held nodes (fixed for good, or by a tool) have prescribed x and v: their rows and columns of a system matrix become those of
+// the identity, and the force on them is the reaction that holds them.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace palpate {
 
 class Dynamics {
  public:
-  /// At its rest shape (unload.hpp).
+  /// `body` is at its rest shape (unload.hpp) and must outlive it.
   explicit Dynamics(const LumpedBody& body);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
@@ -32,26 +32,27 @@ class Dynamics {
   const Hexahedra& hexahedra() const { return hexahedra_; }
   const Relaxation& relaxation() const { return relaxation_; }
 
-  /// F(x, v): element forces and gravity, without what has faded.
+  /// Computes F(x, v): element forces and gravity, without the relaxed stress.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
-  /// All of F.
+  /// Computes all of F.
   void forces(const BodyState& state, Vector& f) const {
     forces(state.x, state.v, f);
     relaxation_.add_forces(state, f);
   }
-  /// Force of the elements alone on one node: what a tool feels that holds it (the node's own weight and mass are not felt).
+  /// Returns the force of the elements alone on one node: what a tool that holds it feels (without the node's own weight and
+  /// inertia).
   Vec3 element_force(const BodyState& state, std::uint32_t node) const;
 
-  /// An empty matrix on the body's pattern.
+  /// Returns an empty matrix on the body's pattern.
   BlockMatrix make_matrix() const;
-  /// A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementKernel and TetraTangent for `clamp`. Rows of held nodes
-  /// become identity.
+  /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementKernel and TetraTangent for `clamp`. Rows and
+  /// columns of held nodes become those of the identity.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;
-  /// Products with the unmasked symmetric tangents at a state: K y and D y, element by element. For many products see
+  /// Computes the products K y and D y with the unmasked symmetric tangents at a state, element by element. For many products see
   /// tangents.hpp.
   void multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
-  /// Kinetic plus elastic energy, gravity included [J].
+  /// Returns the kinetic, elastic and gravitational energy [J].
   double energy(const BodyState& state) const;
 
  private:

@@ -1,4 +1,4 @@
-// The blocks of elements of so many nodes, eight elements side by side, and the way from there into a matrix.
+// The stiffness blocks of elements with kNodes nodes, eight elements side by side, and their assembly into a matrix.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct ElementBlocks {
       at[pair_index(i, j)][n].of[lane] = block(static_cast<int>(n / 3), static_cast<int>(n % 3));
   }
 
-  /// Those of one element, without rows and columns of held nodes. `entries` [kNodes x kNodes]: where a has them.
+  /// Adds the blocks of one element, without rows and columns of held nodes. `entries` [kNodes x kNodes]: their positions in `a`.
   template <typename Entries>
   void add_to(BlockMatrix& a, std::size_t lane, const std::array<std::uint32_t, kNodes>& nodes, const Entries& entries,
               const std::vector<std::uint8_t>& held) const {

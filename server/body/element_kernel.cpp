@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-// f(x) = x / (p - q x), x in mm and f in N, p and q being skin_p and skin_q; followed along its tangent beyond 90 % of the pole
+// f(x) = x / (p - q x), x in mm and f in N, p and q being skin_p and skin_q; continued along its tangent beyond 90 % of the pole
 // at p / q.
 constexpr double skin_p = 5.4398, skin_q = 0.1418, skin_end = 0.9 * skin_p / skin_q;
 
@@ -18,11 +18,11 @@ SpringResponse thigh_skin(double x_m) {
   return {sign * force, slope * 1e3};
 }
 
-/// Integral of f from 0 [J].
+/// Returns the integral of f from 0 [J].
 double thigh_skin_energy(double x_m) {
   const double x = std::abs(x_m) * 1e3, at = std::min(x, skin_end), beyond = x - at;
   const double u = skin_q * at / skin_p;
-  // -u - ln(1 - u), whose terms cancel where u is small
+  // Series of -u - ln(1 - u) for small u, where the terms cancel.
   const double curve = u < 1e-3 ? u * u * (1.0 / 2 + u * (1.0 / 3 + u / 4)) : -u - std::log1p(-u);
   const double slope = skin_p / ((skin_p - skin_q * at) * (skin_p - skin_q * at));
   return 1e-3 * (skin_p / (skin_q * skin_q) * curve + beyond * (at / (skin_p - skin_q * at) + slope * beyond / 2));

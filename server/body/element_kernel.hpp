@@ -1,4 +1,4 @@
-// The one kernel of a lumped element: its force and both of its tangents.
+// The kernel of a lumped element: its force and both of its tangents.
 //
 // An element joins nodes a and b. With d = x_b - x_a, L = |d|, n = d / L, elongation e = L - L0, and w = v_b - v_a:
 //
@@ -8,8 +8,8 @@
 // Tangents of F_a, as 3x3 blocks (those of F_b are their negatives):
 //     dF_a/dx_b = (T' n n^T + (s/L) P) + c n (P w)^T / L,       P = I - n n^T
 //     dF_a/dv_b = c n n^T
-// The bracket is symmetric; the last term, which turns the damper's direction, is not. Solvers and patches use the symmetric
-// part only (a quasi-Newton matrix, and a patch that must be passive); `stiffness` with `exact` gives all of it.
+// The bracket is symmetric; the last term, from the rotation of the damper's direction, is not. Solvers and patches use the
+// symmetric part only (a quasi-Newton matrix, and a patch that must be passive); stiffness_exact() returns all of it.
 //
 // T(e) and T' for the spring laws are those of scene.hpp.
 #pragma once
@@ -32,15 +32,15 @@ double spring_energy(SpringLaw law, double stiffening, const Element& element, d
 struct SpringSeries {
   double tension = 0, slope = 0, second = 0;  ///< [N], [N/m], [N/m^2]
 };
-/// Whether the law is smooth at every elongation; thigh_skin is not: it is odd with a curvature, which jumps at rest.
+/// Returns true if the law is smooth at every elongation; thigh_skin is not: it is odd, so its curvature jumps at rest.
 bool is_smooth(SpringLaw law);
-/// For laws that are.
+/// Requires is_smooth(law).
 SpringSeries spring_series(SpringLaw law, double stiffening, const Element& element, double elongation_m);
 
-/// Everything about one element at one state that force and tangents need.
+/// All quantities of one element at one state that its force and tangents need.
 struct ElementState {
   Vec3 direction = Vec3::UnitX();  ///< n
-  double inv_length = 0;           ///< 1/L [1/m], 0 for an element of no length (it then has no direction and no force)
+  double inv_length = 0;           ///< 1/L [1/m]; 0 for an element of zero length, which has no direction and no force
   double axial = 0;                ///< s [N]
   double slope = 0;                ///< T' [N/m]
   Vec3 rate = Vec3::Zero();        ///< w [m/s]
@@ -72,7 +72,8 @@ class ElementKernel {
 
   static Vec3 force_on_a(const ElementState& s) { return s.axial * s.direction; }
 
-  /// dF_a/dx_b. `clamp` leaves out the softening of a compressed element, so that the block is positive semi-definite.
+  /// dF_a/dx_b. `clamp` drops the negative geometric stiffness of a compressed element, so that the block is positive
+  /// semi-definite.
   static Mat3 stiffness_symmetric(const ElementState& s, bool clamp) {
     double geometric = s.axial * s.inv_length;
     if (clamp && geometric < 0) geometric = 0;

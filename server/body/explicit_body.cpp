@@ -91,7 +91,7 @@ void ExplicitBody::accelerate(NodeArrays& a) {
                 0.0F);
 }
 
-/// Of a block: |F| + m |v| per_s, F = m a; infinite where that is no number.
+/// Returns sum of |F| + m |v| per_s over a block, F = m a; infinite if that is not a number.
 double ExplicitBody::unbalanced_n(std::size_t block, const NodeArrays& a, double per_s) const {
   double sum = 0;
   for (std::size_t k = 0; k < NodeArrays::kBlock; ++k) {

@@ -18,7 +18,7 @@ void ExplicitContacts::take(const BodyState& state, const std::vector<ToolPort>&
 }
 
 void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools) {
-  constexpr double kFastestMS = 1;  // of tool and surface towards each other
+  constexpr double kFastestMS = 1;  // closing speed of tool and surface
   bool placed = false;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
@@ -87,7 +87,7 @@ const ExplicitContact& ExplicitContacts::refreshed(const ExplicitBody& body, std
   return contact;
 }
 
-/// The vertices that the normal at a point of the triangle depends on, and where it slides to next.
+/// Returns the vertices that determine the normal at a point of the triangle and the next triangle that it slides to.
 std::vector<std::uint32_t> ExplicitContacts::vertices_around(std::uint32_t triangle) const {
   const SurfaceView surface = skin_->view();
   std::vector<std::uint32_t> vertices;

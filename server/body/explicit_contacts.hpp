@@ -1,7 +1,8 @@
-// Where tools touch a body that is stepped explicitly: what a contact needs of the surface, kept while it stays on its triangle.
+// Contacts of tools with an explicitly stepped body: the part of the surface that a contact needs, kept while it stays on its
+// triangle.
 //
-// Tools that do not touch are looked for every kLookS at least while they are near. A contact's point is p = p_rest + B^T u
-// (skin.hpp); only the vertices around it are kept in place, where they are at the step's end.
+// Tools that do not touch are checked every kLookS while they are near, less often farther away. A contact's point is
+// p = p_rest + B^T u (skin.hpp); only the vertices around it are updated, to their positions at the step's end.
 #pragma once
 
 #include <vector>
@@ -16,11 +17,11 @@ struct ExplicitContact {
   bool valid = false;
   SurfacePoint point;
   Skin::Weights b;
-  std::vector<std::uint32_t> around;                 // vertices that are kept in place
-  Vec3 at_rest = Vec3::Zero();                       // p where nothing has moved
+  std::vector<std::uint32_t> around;                 // vertices that are kept up to date
+  Vec3 at_rest = Vec3::Zero();                       // p at zero displacement
   double softness_1_kg = 0;                          // B^T M^-1 B
   Vec3 tool = Vec3::Zero(), normal = Vec3::UnitZ();  // at the step's end; outward
-  /// B^T y
+  /// Returns B^T y.
   Vec3 gather(const NodeArrays& y) const;
 };
 
@@ -31,18 +32,18 @@ class ExplicitContacts {
   /// `skin` must outlive it.
   explicit ExplicitContacts(const Skin& skin) : skin_(&skin) {}
   void take(const BodyState& state, const std::vector<ToolPort>& ports);
-  /// Whether tools that do not touch have come to be inside.
+  /// Starts the contact of tools that have come inside since they were last checked.
   void look(const ExplicitBody& body, std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools);
-  /// Ports that touch, with their contacts made ready for a step to `end_s`, the surface where the velocities take it in
-  /// `ahead_s`.
+  /// Returns the ports that touch, with their contacts prepared for a step to `end_s` and the surface extrapolated by its
+  /// velocities over `ahead_s`.
   const std::vector<std::size_t>& meet(const ExplicitBody& body, const std::vector<ToolPort>& ports, double end_s, double ahead_s,
                                        const ToolMotion& tools);
-  /// The surface around a contact and its normal, where the velocities take it in `ahead_s`.
+  /// Updates the surface around a contact and its normal, extrapolated by the velocities over `ahead_s`.
   void look_again(const ExplicitBody& body, std::size_t k, double ahead_s);
-  /// Moves the port on by `slip` where that is worth another closing of the contact there (kSlipToleranceM), and makes the
-  /// contact ready for it.
+  /// Moves the port by `slip` and prepares its contact there, if the slip is large enough to solve the contact again (more than
+  /// kSlipToleranceM); returns true if so.
   bool slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port);
-  /// What the step's closing of a contact, with the port's lambda and its point at `end`, leads to: it goes on, further along the
+  /// Applies the result of a step's contact, with the port's lambda and its point at `end`: it continues, slides along the
   /// surface, or ends.
   void finish(std::size_t k, const Vec3& slip, const Vec3& end, double end_s, ToolPort& port);
   ExplicitContact& operator[](std::size_t k) { return contacts_[k]; }
@@ -53,9 +54,9 @@ class ExplicitContacts {
   std::vector<std::uint32_t> vertices_around(std::uint32_t triangle) const;
 
   const Skin* skin_;
-  std::vector<ExplicitContact> contacts_;  // a port
+  std::vector<ExplicitContact> contacts_;  // one per port
   std::vector<std::size_t> touching_;
-  std::vector<double> looked_for_s_;  // when a port that does not touch is looked for next
+  std::vector<double> looked_for_s_;  // next time at which a port that does not touch is checked
   std::vector<double> skin_positions_;
 };
 

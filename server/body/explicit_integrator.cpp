@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// Largest eigenvalue of one step on (x, h v, h^2 a).
+/// Returns the magnitude of the largest eigenvalue of one step on (x, h v, h^2 a).
 double growth(double w2, double g, double h) {
   const double w = h * h * w2, z = h * g;
   Mat3 step;
@@ -58,7 +58,7 @@ void ExplicitIntegrator::go(const Steps& steps, std::vector<ToolPort>& ports, do
   kick(steps.h / 2);
 }
 
-/// Of the springs, gravity, and the contact forces as they are.
+/// Computes a_ from springs, gravity, and the present contact forces.
 void ExplicitIntegrator::accelerate(const NodeArrays& velocity, const std::vector<ToolPort>& ports) {
   body_.add_forces(body_.u, velocity);
   body_.accelerate(a_);
@@ -73,7 +73,7 @@ void ExplicitIntegrator::kick(double over_s) {
       [&](auto axis, node_loops::Nodes nodes) { node_loops::kick(nodes, static_cast<float>(over_s), a_.*axis, body_.v.*axis); });
 }
 
-/// a_ is that at the step's begin on entry, with the contact forces of before, and that at its end on return.
+/// On entry a_ is the acceleration at the step's begin with the previous contact forces, on return that at its end.
 void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, double h, const ToolMotion& tools) {
   contacts_.look(body_, ports, begin_s, tools);
   close_contacts(ports, begin_s + h, h, tools);
@@ -91,14 +91,14 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
   watch(h);
 }
 
-/// Ports answer one after the other, each seeing the newest forces of the others: lambda_n are in a_ on entry. Only those that
-/// share nodes have anything to say to each other.
+/// Solves the contacts one after the other, each with the newest forces of the others; a_ includes lambda_n on entry. Only
+/// contacts that share nodes interact.
 void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end_s, double h, const ToolMotion& tools) {
   const std::vector<std::size_t>& touching = contacts_.meet(body_, ports, end_s, h, tools);
   for (const std::size_t k : touching) body_.wake(contacts_[k].b);
   constexpr int kSweeps = 4;
   const int sweeps = share_nodes(touching) ? kSweeps : 1;
-  std::vector<double> shares;  // of lambda_(n+1)
+  std::vector<double> shares;  // weights of lambda_(n+1)
   for (const std::size_t k : touching) {
     const Vec3 now = ports[k].lambda;
     const double stiffness = ports[k].parameters.coupling_n_m * h * h * contacts_[k].softness_1_kg;

@@ -41,10 +41,10 @@ AdvanceReport ExplicitStepper::advance(BodyState& state, std::vector<ToolPort>& 
   return report;
 }
 
-/// Whether the body became so much stiffer on the way that the steps chosen at its beginning may have been too long for it.
+/// Returns true if the body stiffened so much that the steps chosen at the begin may have been too long.
 bool ExplicitStepper::outgrown() {
-  // By a single cell. Steps are stable for a body all of which became stiffer by 1.23 and thicker by 1.11 (kShare), and one
-  // cell's modes are slower; solids pressed, torn and let go of at random stay sound.
+  // Limits for a single cell. Steps stay stable if all of a body stiffens by 1.23 and its damping grows by 1.11 (kShare), and the
+  // modes of one cell are slower; solids pressed, torn and released at random stay sound.
   constexpr double kStiffer = 1.4, kThicker = 1.25;
   watch(kWatchedEveryS);
   return most_.stiffness > kStiffer * expected_.stiffness || most_.damping > kThicker * expected_.damping;

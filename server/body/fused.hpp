@@ -1,5 +1,5 @@
-// Multiply-adds that are rounded once where the processor that the build is for has them, for kernels whose time is
-// multiplications and additions and that only a server runs (docs/decisions/0005-no-fp-contraction.md). Elsewhere two roundings.
+// Fused multiply-adds, rounded once, if the target processor has them; otherwise they round twice. For kernels bound by
+// multiplications and additions that only a server runs (docs/decisions/0005-no-fp-contraction.md).
 #pragma once
 
 #ifdef __FMA__
@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// Eight floats as one value; where the processor is narrower the compiler makes two of it. Never passed by value to or from a
-/// function that is not inlined: how that is done depends on the processor that is compiled for.
+/// Eight floats as one value; on narrower processors the compiler splits it into two. Never pass it by value to or from a
+/// function that is not inlined: the calling convention depends on the target processor.
 using EightFloats = float __attribute__((vector_size(32), may_alias));
 using FourDoubles = double __attribute__((vector_size(32), may_alias));
 

@@ -1,12 +1,12 @@
-// The edge of a grid over a body's nodes that has no more cells than wanted.
+// Cell size of the finest grid over a body's nodes that has at most a given number of cells.
 #pragma once
 
 #include <cstddef>
 
 namespace palpate {
 
-/// The smallest edge [m], to 1/256 of a factor of two, with which `cells(edge)` are no more than `most`; `from_m` has more, or
-/// will do.
+/// Returns the smallest edge [m], to 1/256 of a factor of two, for which `cells(edge)` is at most `most`; `from_m` is a lower
+/// bound.
 template <typename Cells>
 double smallest_edge(double from_m, std::size_t most, const Cells& cells) {
   double many = from_m, few = many;

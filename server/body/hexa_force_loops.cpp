@@ -11,7 +11,7 @@ using EightTruths = std::int32_t __attribute__((vector_size(32)));
 constexpr std::size_t kEight = HexaCells::kLanes;
 constexpr int kColumns = 7;
 
-/// (F - 1, q) of eight cells, or what goes with it.
+/// (F - 1, q) of eight cells, or a stress or rate of the same shape.
 struct EightMat37 {
   Eight of[3][kColumns];
 };
@@ -23,7 +23,7 @@ struct EightMat {
 
 PALPATE_INLINE const Eight& eight(const HexaCells::Lanes& lanes) { return *reinterpret_cast<const Eight*>(lanes.of); }
 
-/// One component of what the corners have.
+/// Loads one component at the corners.
 PALPATE_INLINE void take_corners(const HexaCells& cells, const float* y, Eight (&at)[8]) {
   for (std::size_t i = 0; i < 8; ++i) {
     if (cells.in_a_row) {
@@ -36,8 +36,8 @@ PALPATE_INLINE void take_corners(const HexaCells& cells, const float* y, Eight (
   }
 }
 
-/// In a row the nodes of corner i + 1 are those of i, one further on: added up first, so that nothing is read that was just
-/// written.
+/// Adds to one component at the corners. In a row the nodes of corner i + 1 are those of i shifted by one: both are summed first,
+/// so that no value is read right after it was written.
 PALPATE_INLINE void add_to_corners(const HexaCells& cells, const Eight (&more)[8], float* y) {
   if (cells.in_a_row) {
     for (std::size_t i = 0; i < 8; i += 2) {
@@ -57,7 +57,7 @@ PALPATE_INLINE void add_to_corners(const HexaCells& cells, const Eight (&more)[8
   }
 }
 
-/// at[s] becomes sum over i of at[i] times (-1)^(corners of s that i has not).
+/// Replaces at[s] by the sum over i of at[i] times (-1)^(number of bits that s has and i lacks).
 PALPATE_INLINE void transform(Eight (&at)[8]) {
   for (std::size_t bit = 1; bit < 8; bit *= 2)
     for (std::size_t i = 0; i < 8; ++i) {
@@ -67,7 +67,7 @@ PALPATE_INLINE void transform(Eight (&at)[8]) {
       at[i | bit] = high - low;
     }
 }
-/// And back: at[i] becomes the sum over s of at[s] times the same signs.
+/// Transposed transform: replaces at[i] by the sum over s of at[s] times the same signs.
 PALPATE_INLINE void transform_back(Eight (&at)[8]) {
   for (std::size_t bit = 1; bit < 8; bit *= 2)
     for (std::size_t i = 0; i < 8; ++i) {
@@ -100,7 +100,7 @@ struct Own {
   PALPATE_INLINE const Eight& g(std::size_t node, int m) const {
     return eight(cells.own[hexa_gradient_at(node, static_cast<std::size_t>(m))]);
   }
-  /// The g_i sum to nothing: what counts is how far corners are from the first.
+  /// Since the g_i sum to zero, values relative to the first corner are enough.
   PALPATE_INLINE void gradient(Eight (&at)[8], Eight (&sum)[kColumns]) const {
     for (std::size_t i = 1; i < 8; ++i) at[i] -= at[0];
     for (int m = 0; m < kColumns; ++m) {
@@ -130,7 +130,7 @@ PALPATE_INLINE void gradients(const Shape& shape, const NodeArrays& y, EightMat3
   }
 }
 
-/// Lanes `from` and further, in double precision.
+/// Converts lanes `lane` to lane + N - 1 to double precision.
 template <std::size_t N>
 PALPATE_INLINE void widen(const Eight& from, std::size_t lane, Doubles<N>& to) {
   alignas(32) float lanes[kEight];
@@ -140,7 +140,7 @@ PALPATE_INLINE void widen(const Eight& from, std::size_t lane, Doubles<N>& to) {
   to = doubles<N>(wide);
 }
 
-/// Elastic P, N lanes a time.
+/// Computes the elastic P, N lanes at a time.
 template <std::size_t N>
 PALPATE_INLINE void find_elastic(const TetraMaterial& m, const EightMat37& at, EightMat& p) {
   alignas(32) float stress[9][kEight];
@@ -155,10 +155,10 @@ PALPATE_INLINE void find_elastic(const TetraMaterial& m, const EightMat37& at, E
   for (int k = 0; k < 9; ++k) __builtin_memcpy(&p.of[k / 3][k % 3], stress[k], sizeof(Eight));
 }
 
-/// Elastic P of the neo-Hookean law without fibres, in single precision: of H = F - 1, so that nothing cancels.
+/// Computes the elastic P of the neo-Hookean law without fibres, in single precision, from H = F - 1 without cancellation.
 ///     J - 1 = tr H + tr cof H + det H,   I - 3 = x = 2 tr H + |H|^2,   G = (1 + tr H) 1 - H^T + cof H
-///     P = (3/4 mu + d) H + (3/4 mu - l) (H^T - cof H) + (d + l - (3/4 mu - l) tr H) 1,   d = mu x / (4 (4 + x)), l = lambda (J -
-///     1)
+///     P = (3/4 mu + d) H + (3/4 mu - l) (H^T - cof H) + (d + l - (3/4 mu - l) tr H) 1,
+///     d = mu x / (4 (4 + x)), l = lambda (J - 1)
 PALPATE_INLINE void find_neo_hookean(const TetraMaterial& m, const EightMat37& at, EightMat& p) {
   const auto mu = static_cast<float>(m.mu), lambda = static_cast<float>(m.lambda);
   const auto& h = at.of;
@@ -180,7 +180,7 @@ PALPATE_INLINE void find_neo_hookean(const TetraMaterial& m, const EightMat37& a
   for (int r = 0; r < 3; ++r) p.of[r][r] += diagonal;
 }
 
-/// What the modes push with.
+/// Adds the elastic stress of the modes.
 template <typename Shape>
 PALPATE_INLINE void add_modes(const Shape& shape, const EightMat37& at, EightMat37& p) {
   for (int a = 0; a < kModesOfHexa; ++a) {
@@ -190,7 +190,7 @@ PALPATE_INLINE void add_modes(const Shape& shape, const EightMat37& at, EightMat
   }
 }
 
-/// With what they are braked: t k_a times the rate of F^T q_a.
+/// Adds the viscous stress of the modes: t k_a times the rate of F^T q_a.
 template <typename Shape>
 PALPATE_INLINE void add_brakes(const Shape& shape, const EightMat& f, const EightMat37& at, const EightMat37& rate,
                                EightMat37& p) {
@@ -239,7 +239,7 @@ PALPATE_INLINE void add_forces_of(const TetraMaterial& m, const Shape& shape, co
   const EightTruths used = lane < static_cast<std::int32_t>(shape.cells.used);
   float* const axes[3] = {f.x.data(), f.y.data(), f.z.data()};
   for (int r = 0; r < 3; ++r) {
-    if (shape.cells.in_a_row && shape.cells.used < kEight)  // the rest of the row is read, too, and nobody's
+    if (shape.cells.in_a_row && shape.cells.used < kEight)  // lanes past the end of the row hold other nodes
       for (Eight& entry : p.of[r]) entry = used ? entry : Eight{};
     Eight force[8];
     shape.forces(p.of[r], force);

@@ -19,12 +19,12 @@ using Corners = std::array<std::uint32_t, 8>;
 std::uint32_t first_node(const Corners& nodes) { return *std::min_element(nodes.begin(), nodes.end()); }
 std::uint32_t last_node(const Corners& nodes) { return *std::max_element(nodes.begin(), nodes.end()); }
 
-/// Of a box's g by corner and column: that sign.
+/// Returns the sign of a box's g at a corner and column.
 double box_sign(std::size_t corner, std::size_t column) {
   return std::popcount(HexaCells::kBoxBits[column] & ~corner) % 2 == 1 ? -1.0 : 1.0;
 }
 
-/// What the signs of a box's corners are times in g, column by column; nothing where it is none.
+/// Returns the factors of the corner signs in g, column by column; none if the element is not a box.
 std::optional<std::array<float, 7>> box_factors(const Mat78& g) {
   constexpr double kAlike = 1e-7;
   std::array<float, 7> times;
@@ -50,7 +50,7 @@ bool in_pairs(const Corners& nodes) {
   return true;
 }
 
-/// Largest eigenvalue of dP/dF.
+/// Returns the largest eigenvalue of dP/dF.
 double stiffest_at(const TetraMaterial& material, const Mat3& f) {
   const TetraTangent tangent(material, f, false);
   Eigen::Matrix<double, 9, 9> a;
@@ -62,7 +62,7 @@ double stiffest_at(const TetraMaterial& material, const Mat3& f) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(a, Eigen::EigenvaluesOnly).eigenvalues()[8];
 }
 
-/// Cells of one material, filled one by one.
+/// Returns an empty group for cells of one material, which are added one by one.
 HexaCells begin_cells(const HexaShape& shape) {
   HexaCells cells;
   cells.material = shape.material;
@@ -84,13 +84,13 @@ std::vector<HexaCells::Lanes> own_numbers(std::span<const HexaShape* const> shap
   return own;
 }
 
-/// What a slab's cells become. Boxes in a row go together; so do then boxes of one shape, and what is left by material.
+/// Packs the cells of a slab: boxes in a row together, then boxes of one shape, then the others by material.
 class Packer {
  public:
   Packer(const Dynamics& dynamics, std::vector<HexaCells>& to)
       : hexahedra_(&dynamics.hexahedra()), body_(&dynamics.body()), to_(&to) {}
 
-  /// `cells` in the order of their first nodes.
+  /// `cells` are in the order of their first nodes.
   void pack(std::span<const std::uint32_t> cells) {
     constexpr std::size_t kWorthARow = 4;
     std::vector<std::uint32_t> boxes, others;
@@ -168,7 +168,7 @@ HexaForces::HexaForces(const Dynamics& dynamics) : count_(dynamics.body().hexahe
   std::uint32_t reach = 1;
   for (const Hexahedron& h : body.hexahedra) reach = std::max(reach, last_node(h.nodes) - first_node(h.nodes));
   const auto nodes = static_cast<std::uint32_t>(body.nodes.size());
-  // A row reads and writes what lies behind it, too.
+  // A row also reads and writes the nodes behind it.
   const std::uint32_t slabs = std::clamp(nodes / (reach + static_cast<std::uint32_t>(kLanes) + 1), 1U, kMostSlabs);
   auto next = order.begin();
   for (std::uint32_t k = 0; k < slabs; ++k) {
@@ -234,7 +234,7 @@ Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const Nod
 
 HexaForces::Growth HexaForces::growth(const NodeArrays& u) const {
   constexpr std::size_t kMostStrained = 4;
-  constexpr float kSmall = 0.02F;  // changes eigenvalues by less than what is kept free
+  constexpr float kSmall = 0.02F;  // changes eigenvalues by less than the stability margin
   struct Strained {
     float strain;
     const HexaCells* cells;

@@ -1,18 +1,18 @@
-// All hexahedra of a body at once, in single precision, eight side by side: the forces of hexa_kernel.hpp as explicit integrators
-// ask for them, at displacements u [m] and velocities v.
+// All hexahedra of a body in single precision, eight side by side: the forces of hexa_kernel.hpp for explicit integrators, at
+// displacements u [m] and velocities v [m/s].
 //
 //     (F - 1, q) = sum u_i g_i^T,   (F', q') = sum v_i g_i^T      single precision
-//     P_elastic(F)                                                of the neo-Hookean law a function of F - 1 in which nothing
-//                                                                 cancels, in single precision; of others, and of fibres, in
-//                                                                 double precision: what nearly cancels does it there
-//     f_i -= (V P + what the modes push with) g_i                 single precision
+//     P_elastic(F)                                                neo-Hookean: in single precision, a function of F - 1 without
+//                                                                 cancellation; other laws, and fibres: in double precision,
+//                                                                 as their terms nearly cancel
+//     f_i -= (V P + stress of the modes) g_i                      single precision
 //
-// Of a box the g_i are the signs of a corner times one number a column, and all sums over its corners are one transform of Walsh
-// and Hadamard: 24 additions a component, where there are 49 products otherwise. Cells in a row along the numbering of the nodes,
-// as those of a lattice are, are read and written in order.
+// For a box the g_i are the signs of a corner times one number per column, and all sums over its corners are one Walsh-Hadamard
+// transform: 24 additions per component instead of 49 products. Cells in a row along the numbering of the nodes, as in a lattice,
+// are read and written in order.
 //
-// Forces are right to some 1e-6 of the largest that an element has. Every sum is taken in the same order whatever the processor
-// and the number of threads, and nothing is contracted: same bits on all of them.
+// Forces are accurate to some 1e-6 of the largest in their element. Every sum is computed in the same order on any processor and
+// with any number of threads, and nothing is contracted: the bits are the same everywhere.
 #pragma once
 
 #include <array>
@@ -28,48 +28,48 @@ namespace palpate {
 /// Eight cells of one material.
 struct HexaCells {
   static constexpr std::size_t kLanes = 8;
-  /// The columns of a box's g by the bits of a corner: b_1, b_2, b_3 change sign with bit 0, 1, 2, h_1 = xi_2 xi_3 with 1 and 2,
-  /// and so on.
+  /// Columns of a box's g as bits of a corner: b_1, b_2, b_3 change sign with bit 0, 1, 2, h_1 = xi_2 xi_3 with bits 1 and 2, and
+  /// so on.
   static constexpr std::size_t kBoxBits[7] = {1, 2, 4, 6, 5, 3, 7};
   struct alignas(32) Lanes {
     float of[kLanes];
   };
-  std::array<std::array<std::uint32_t, kLanes>, 8> nodes{};  ///< of lanes that are not used: those of the first
-  std::uint32_t material = 0, used = 0;                      ///< lanes, from the first on
-  bool in_a_row = false;  ///< node i of lane l is nodes[i][0] + l, and one before that of i + 1 for even i
-  /// Of boxes of one shape: V, k_a, and what the signs are times in g, column by column.
+  std::array<std::array<std::uint32_t, kLanes>, 8> nodes{};  ///< unused lanes repeat the first
+  std::uint32_t material = 0, used = 0;                      ///< number of lanes in use, from the first on
+  bool in_a_row = false;  ///< node i of lane l is nodes[i][0] + l, the one before that of i + 1 for even i
+  /// For boxes of one shape: V, k_a, and the factor of the signs in g, column by column.
   float volume_m3 = 0, k[kModesOfHexa] = {}, times[7] = {};
-  std::vector<Lanes> own;  ///< of others: numbers_of() of hexa_lanes.hpp; empty of boxes
+  std::vector<Lanes> own;  ///< for other shapes: numbers_of() of hexa_lanes.hpp; empty for boxes
   float damping_s = 0;
 };
 
-/// Of eight cells: how far they are strained, |F F^T - 1|, and the largest sum of a row of |F F^T|, a bound of its eigenvalues.
+/// For eight cells: the strain |F F^T - 1|, and the largest sum of a row of |F F^T|, a bound of its eigenvalues.
 struct HexaStrains {
   HexaCells::Lanes strain, square;
 };
 
 struct HexaForceLoops {
-  std::size_t width;  ///< doubles in a vector
+  std::size_t width;  ///< doubles per vector
   /// f += forces of the cells.
   void (*add_forces)(std::span<const TetraMaterial> materials, std::span<const HexaCells> cells, const NodeArrays& u,
                      const NodeArrays& v, NodeArrays& f);
-  /// One for each of the cells.
+  /// Computes the strains of each of the cells.
   void (*strains)(std::span<const HexaCells> cells, const NodeArrays& u, std::span<HexaStrains> strains);
 };
-/// All that this processor can run, the widest last.
+/// Returns the variants that this processor can run, the widest last.
 std::span<const HexaForceLoops> hexa_force_loops();
 
 class HexaForces {
  public:
   explicit HexaForces(const Dynamics& dynamics);
-  /// Whether the body is made of hexahedra, whose stress does not fade, and ligaments.
+  /// Returns true if the body consists of hexahedra without relaxation, and ligaments.
   static bool covers(const LumpedBody& body);
 
   std::size_t size() const { return count_; }  ///< elements
-  /// What forces of all of them take, as it was measured [s]; no clock is read.
+  /// Returns the measured duration of an evaluation of all forces [s]; it reads no clock.
   double evaluation_s() const;
-  /// All cells, in slabs that share nodes with their neighbours alone: the even ones may be added up at the same time, and then
-  /// the odd ones, which takes every sum in one order.
+  /// All cells, in slabs that share nodes only with their neighbours: even slabs may be added in parallel, and then odd ones, so
+  /// that every sum has a fixed order.
   std::size_t slabs(bool odd) const { return (odd ? odd_ : even_).size(); }
   /// f += forces of a slab's cells.
   void add_forces(bool odd, std::size_t slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const;
@@ -77,8 +77,8 @@ class HexaForces {
   std::span<const TetraMaterial> materials() const { return materials_; }
   std::span<const HexaCells> cells(bool odd, std::size_t slab) const { return (odd ? odd_ : even_)[slab]; }
 
-  /// How much the largest eigenvalues of K and D have grown since the body was at rest, at least 1, as far as the elements tell
-  /// that are strained most: that of dP/dF beside what it was, and of F F^T.
+  /// Growth of the largest eigenvalues of K and D since the body was at rest, at least 1, estimated from the most strained
+  /// elements: from the eigenvalues of dP/dF relative to those at rest, and from those of F F^T.
   struct Growth {
     double stiffness = 1, damping = 1;
   };
@@ -88,7 +88,7 @@ class HexaForces {
   using Slab = std::vector<HexaCells>;
   Mat3 deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const;
   std::vector<TetraMaterial> materials_;
-  std::vector<double> stiffest_at_rest_;  // of each: the largest eigenvalue of dP/dF
+  std::vector<double> stiffest_at_rest_;  // per material: the largest eigenvalue of dP/dF at rest
   std::vector<Slab> even_, odd_;
   std::size_t count_ = 0;
 };

@@ -13,7 +13,7 @@ Vec3 corner(int i) { return {i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0
 
 double mode(int a, const Vec3& xi) { return a == 3 ? xi.prod() : xi[(a + 1) % 3] * xi[(a + 2) % 3]; }
 
-/// The derivatives of the shape functions by xi, as columns.
+/// Returns the derivatives of the shape functions by xi, as columns.
 Mat38 slopes_at(const Vec3& xi) {
   Mat38 d;
   for (int i = 0; i < 8; ++i) {
@@ -26,7 +26,7 @@ Mat38 slopes_at(const Vec3& xi) {
 }  // namespace
 
 HexaRest::HexaRest(const Mat38& rest) : g(Mat78::Zero()), volume_m3(0), half_edges_m(rest * slopes_at(Vec3::Zero()).transpose()) {
-  for (int point = 0; point < 8; ++point) {  // exact: det dX/dxi is of second order in each xi
+  for (int point = 0; point < 8; ++point) {  // two-point Gauss rule, exact: det dX/dxi is quadratic in each xi
     const Mat38 d = slopes_at(corner(point) / std::sqrt(3.0));
     const Mat3 jacobian = rest * d.transpose();
     const double det = jacobian.determinant();

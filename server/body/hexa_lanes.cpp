@@ -8,13 +8,13 @@
 namespace palpate {
 namespace {
 
-/// (F, q) or what goes with it, side by side.
+/// (F, q), or a stress or rate of the same shape, side by side.
 template <std::size_t N>
 struct Mat37Lanes {
   Doubles<N> of[3][7];
 };
 
-/// The numbers of elements that share a shape.
+/// Numbers of elements that share a shape.
 template <std::size_t N>
 struct SharedShape {
   const HexaShape& shape;
@@ -24,7 +24,7 @@ struct SharedShape {
   PALPATE_INLINE double k(int mode) const { return shape.modes.k[mode]; }
 };
 
-/// Those of elements of their own.
+/// Numbers of elements with their own shapes.
 template <std::size_t N>
 struct OwnShapes {
   const EightNumbers* numbers;
@@ -38,7 +38,7 @@ struct OwnShapes {
   PALPATE_INLINE const Doubles<N>& k(int mode) const { return at(kHexaModesAt + static_cast<std::size_t>(mode)); }
 };
 
-/// sum over the nodes of y_i g_i^T; the sum of g_i is zero, so what counts is how far they are from the first.
+/// Computes sum over the nodes of y_i g_i^T; as the g_i sum to zero, values relative to the first node are enough.
 template <std::size_t N, typename Shape>
 PALPATE_INLINE void generalised_gradient(const HexaGroup& group, std::size_t from, const Shape& shape, const double* y,
                                          Mat37Lanes<N>& sum) {
@@ -63,14 +63,14 @@ PALPATE_INLINE void mean_gradient(const Mat37Lanes<N>& all, Mat<N>& f) {
     for (int c = 0; c < 3; ++c) f.of[r][c] = all.of[r][c];
 }
 
-/// What the modes push with.
+/// Adds the elastic stress of the modes.
 template <std::size_t N, typename Shape>
 PALPATE_INLINE void add_modes(const Shape& shape, const Mat37Lanes<N>& at, Mat37Lanes<N>& p) {
   for (int a = 0; a < kModesOfHexa; ++a)
     for (int r = 0; r < 3; ++r) p.of[r][3 + a] += shape.k(a) * at.of[r][3 + a];
 }
 
-/// And with what they are braked.
+/// Adds the viscous stress of the modes.
 template <std::size_t N, typename Shape>
 PALPATE_INLINE void add_braked_modes(const Shape& shape, const Mat37Lanes<N>& at, const Mat37Lanes<N>& rate, double damping_s,
                                      Mat37Lanes<N>& p) {

@@ -5,11 +5,11 @@
 namespace palpate {
 namespace {
 
-/// How (F, q) changes, or what goes with that.
+/// A change of (F, q), or of its stress.
 struct ColumnMat37 {
   ColumnLanes of[3][7];
 };
-/// How F^T q changes, or what goes with that: [mode][component].
+/// A change of F^T q, or of its stress: [mode][component].
 struct ColumnModes {
   ColumnLanes of[kModesOfHexa][3];
 };
@@ -44,7 +44,7 @@ struct ColumnModes {
     for (int c = 0; c < 3; ++c) f.of[r][c] = all.of[r][c];
 }
 
-/// dF^T q + F^T dq
+/// Computes dF^T q + F^T dq.
 [[gnu::always_inline]] inline void turned_back_change(const Mat3& f, const Mat34& q, const ColumnMat37& change, ColumnModes& to) {
   to = {};
   for (int a = 0; a < kModesOfHexa; ++a)
@@ -55,7 +55,7 @@ struct ColumnModes {
       }
 }
 
-/// p += (q s^T, F s), s = `much` k_a times a change of F^T q
+/// Adds (q s^T, F s) to p, s = `much` k_a times a change of F^T q.
 [[gnu::always_inline]] inline void add_braked(const Mat3& f, const Mat34& q, const Hourglass& modes, const ColumnModes& change,
                                               double much, ColumnMat37& p) {
   for (int a = 0; a < kModesOfHexa; ++a)

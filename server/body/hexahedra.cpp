@@ -16,12 +16,12 @@ Mat38 rest_of(const LumpedBody& body, const Hexahedron& hexahedron) {
   return rest;
 }
 
-/// What shape an element has, to kAlike of its size: those of one lattice differ by rounding.
+/// Key of an element's shape, rounded to kAlike of its size: the shapes of one lattice differ by rounding.
 using ShapeKey = std::array<std::int64_t, 22>;
 ShapeKey key_of(const Mat38& rest, std::uint32_t material) {
   constexpr double kAlike = 1e-9;
   const double size = (rest.col(7) - rest.col(0)).norm();
-  // Of a size rounded so that two that are alike are measured alike.
+  // The size is rounded, so that two similar shapes use the same unit.
   const double unit = kAlike * std::exp2(std::round(4 * std::log2(size)) / 4);
   ShapeKey key{};
   for (int i = 1; i < 8; ++i)
@@ -80,7 +80,7 @@ void Hexahedra::list_incident() {
 
 std::vector<Hexahedra::Batch> Hexahedra::batches(std::span<const std::uint32_t> cells) const {
   constexpr std::uint32_t kOwn = ~std::uint32_t{0};
-  // Shapes that fill a batch by themselves, then the others of the same material in the order given.
+  // First shapes that fill a batch by themselves, then the others of the same material in the given order.
   const auto key = [&](std::uint32_t k) {
     const std::uint32_t shape = cells_[k].shape;
     return std::pair((*shapes_)[shape].material, of_shape_[shape] >= kHexaLanes ? shape : kOwn);
@@ -128,7 +128,7 @@ void Hexahedra::blocks(const Batch& batch, const Vector& x, double c_d, double c
 
 Mat37 Hexahedra::gradient(std::uint32_t hexahedron, const Eigen::Ref<const Vector>& y) const {
   const Cell& cell = cells_[hexahedron];
-  Mat38 way;  // the g_i sum to nothing
+  Mat38 way;  // relative to the first node: the g_i sum to zero
   for (int i = 0; i < 8; ++i)
     way.col(i) = y.segment<3>(3 * static_cast<Eigen::Index>(cell.nodes[static_cast<std::size_t>(i)])) -
                  y.segment<3>(3 * static_cast<Eigen::Index>(cell.nodes[0]));

@@ -1,5 +1,5 @@
 // All hexahedra of a body: hexa_kernel.hpp summed over its finite elements. Signs and symbols as in dynamics.hpp; masses and
-// mass-proportional damping as in tetrahedra.hpp, a node's share of an element being the integral of its shape function.
+// mass-proportional damping as in tetrahedra.hpp, where a node's share of an element is the integral of its shape function.
 #pragma once
 
 #include <array>
@@ -23,29 +23,29 @@ class Hexahedra {
   bool empty() const { return cells_.empty(); }
   const HexaShape& shape(std::uint32_t hexahedron) const { return (*shapes_)[cells_[hexahedron].shape]; }
   const TetraMaterial& material(std::uint32_t hexahedron) const { return materials_[shape(hexahedron).material]; }
-  /// (F, q) of one, of any field on the nodes.
+  /// Returns (F, q) of one hexahedron for any nodal field.
   Mat37 gradient(std::uint32_t hexahedron, const Eigen::Ref<const Vector>& y) const;
-  /// f += forces of the elements.
+  /// Adds the forces of the elements to f.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;
-  /// A += c_d D + c_k K (symmetric part) but for rows and columns of held nodes; see HexaTangent for `clamp`.
+  /// Adds c_d D + c_k K (symmetric part) to A, except rows and columns of held nodes; see HexaTangent for `clamp`.
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
-  /// Hexahedra of one material side by side, and which.
+  /// Hexahedra of one material side by side, with their indices.
   struct Batch {
     HexaGroup group;
     std::array<std::uint32_t, kHexaLanes> cells{};
   };
-  /// Of these, those of one shape together.
+  /// Groups these cells, those of one shape together.
   std::vector<Batch> batches(std::span<const std::uint32_t> cells) const;
-  /// c_d D + c_k K between the nodes of each, mass-proportional damping aside; see HexaTangent for `clamp`.
+  /// Computes c_d D + c_k K between the nodes of each, without mass-proportional damping; see HexaTangent for `clamp`.
   void blocks(const Batch& batch, const Vector& x, double c_d, double c_k, bool clamp, HexaBlocks& blocks) const;
-  /// What the products with K and D at one state are made of, for each hexahedron.
+  /// Returns the tangent of each hexahedron at one state, for products with K and D.
   std::vector<HexaTangent> tangents(const BodyState& state) const;
-  /// K Y and D Y are added for the columns of Y.
+  /// Adds K Y and D Y for the columns of Y.
   void add_products(const std::vector<HexaTangent>& at, const std::vector<NodeLanes>& y, std::vector<NodeLanes>& k_y,
                     std::vector<NodeLanes>& d_y) const;
-  /// (c_k K + c_d D) Y is added, for less than both.
+  /// Adds (c_k K + c_d D) Y, at a lower cost than both products.
   void add_sums(const std::vector<HexaTangent>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
                 std::vector<NodeLanes>& sum) const;
   /// Elastic energy [J].
@@ -59,15 +59,15 @@ class Hexahedra {
   };
   void take_shapes();
   void list_incident();
-  /// `much` of what mass-proportional damping has in D Y.
+  /// Adds `much` times the mass-proportional damping's share of D Y.
   void add_mass_damping(const std::vector<NodeLanes>& y, double much, std::vector<NodeLanes>& to) const;
 
   const LumpedBody* body_;
   std::vector<TetraMaterial> materials_;
   std::shared_ptr<const std::vector<HexaShape>> shapes_;  // batches point into it
-  std::vector<std::uint32_t> of_shape_;                   // cells of each
+  std::vector<std::uint32_t> of_shape_;                   // number of cells of each shape
   std::vector<Cell> cells_;
-  std::vector<Batch> batches_;                   // of all
+  std::vector<Batch> batches_;                   // of all cells
   std::vector<std::uint32_t> first_, incident_;  // cells of each node
 };
 

@@ -1,5 +1,5 @@
-// The loops over nodes of explicit integrators, on one component, for nodes begin to end. Vector code, nothing contracted: same
-// bits at every width.
+// The loops of explicit integrators over nodes, on one component, for nodes begin to end. Vector code without contraction: the
+// bits are the same at every width.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,18 @@ struct Nodes {
   std::size_t begin = 0, end = 0;
 };
 
-/// v += h a
+/// Computes v += h a.
 void kick(Nodes nodes, float h, const std::vector<float>& a, std::vector<float>& v);
-/// a = w f + g where w > 0, else 0; f = 0
+/// Computes a = w f + g where w > 0, else 0; then f = 0.
 void accelerate(Nodes nodes, const std::vector<float>& w, std::vector<float>& f, float g, std::vector<float>& a);
-/// v += h a, u += h v, predicted = v + h/2 a
+/// Computes v += h a, u += h v, predicted = v + h/2 a.
 void kick_and_drift(Nodes nodes, float h, const std::vector<float>& a, std::vector<float>& v, std::vector<float>& u,
                     std::vector<float>& predicted);
 
 struct Recurrence {
   float mu = 0, nu = 0, rate = 0, rate_0 = 0;
 };
-/// later = mu y + nu later + c.rate rate + c.rate_0 rate_0, whole = begin + later: a stage of chebyshev.hpp.
+/// Computes later = mu y + nu later + c.rate rate + c.rate_0 rate_0, whole = begin + later: a stage of chebyshev.hpp.
 void recur(Nodes nodes, const Recurrence& c, const std::vector<float>& rate, const std::vector<float>& rate_0,
            const std::vector<float>& begin, const std::vector<float>& y, std::vector<float>& later, std::vector<float>& whole);
 

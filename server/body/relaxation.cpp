@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kOfTetra = 6, kOfHexa = 6 + 3 * kModesOfHexa;  // numbers of a stress
+constexpr int kOfTetra = 6, kOfHexa = 6 + 3 * kModesOfHexa;  // numbers per stress
 using Stress = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kOfHexa, 1>;
 
 void put_symmetric(const Mat3& s, Stress& to) {
@@ -23,13 +23,13 @@ Mat3 symmetric_of(const Numbers& s) {
   return m;
 }
 
-/// F^-1, of a flat element bounded.
+/// Returns F^-1, bounded for a flat element.
 Mat3 back(const Mat3& f) {
   const Mat3 g = cofactors(f);
   return g.transpose() / std::max(f.col(0).dot(g.col(0)), Relaxation::kLeastVolume);
 }
 
-/// Pairs of n nodes, row by row.
+/// Calls a function for each pair of n nodes, row by row.
 template <class Of>
 void for_pairs(int n, const Of& of) {
   std::size_t k = 0;

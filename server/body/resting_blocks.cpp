@@ -9,10 +9,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kWorthSharing = 0.85;  // of all blocks: if more are needed, all may as well move
-constexpr double kBegin = 0.5;          // of what may be left out, when blocks are chosen or woken
+constexpr double kWorthSharing = 0.85;  // share of all blocks: if more are needed, all move
+constexpr double kBegin = 0.5;          // share of the allowance that is used when blocks are chosen or woken
 
-/// Runs of blocks begin ... end - 1 for which wanted(block).
+/// Returns the runs of blocks begin ... end - 1 for which wanted(block).
 template <typename Wanted>
 std::vector<SpringBlocks::Slab> runs(std::size_t begin, std::size_t end, const Wanted& wanted) {
   std::vector<SpringBlocks::Slab> found;

@@ -1,4 +1,4 @@
-// What the tangents of tetra_kernel.hpp make of changes of F, four columns side by side.
+// The tangents of tetra_kernel.hpp applied to changes of F, four columns side by side.
 #pragma once
 
 #include "server/body/column_lanes.hpp"
@@ -12,7 +12,7 @@ struct ColumnMat {
   ColumnLanes of[3][3];
 };
 
-/// to += much X(A)[dF]
+/// Computes to += much X(A)[dF].
 [[gnu::always_inline]] inline void add_mixed_columns(double much, const Mat3& a, const ColumnMat& df, ColumnMat& to) {
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) {
@@ -21,7 +21,7 @@ struct ColumnMat {
     }
 }
 
-/// TetraTangent::apply
+/// Computes dP as TetraTangent::apply does.
 [[gnu::always_inline]] inline void apply_elastic(const TetraTangent& at, const ColumnMat& df, ColumnMat& dp) {
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) dp.of[r][c] = at.a() * df.of[r][c];
@@ -46,7 +46,7 @@ struct ColumnMat {
   add_mixed_columns(at.mu_2(), at.f(), change, dp);
 }
 
-/// p += much viscous_stress
+/// Computes p += much viscous_stress.
 [[gnu::always_inline]] inline void add_viscous_columns(const TetraMaterial& m, double much, const Mat3& f, const ColumnMat& rate,
                                                        ColumnMat& p) {
   ColumnMat c;

@@ -1,5 +1,5 @@
-// The laws of tetra_kernel.hpp, stresses and tangents, for elements of one deformation gradient F side by side, one in every lane
-// of a vector (doubles.hpp). Nothing is contracted: same bits whatever the width.
+// The laws of tetra_kernel.hpp, stresses and tangents, for elements with one deformation gradient F each, one per lane of a
+// vector (doubles.hpp). Nothing is contracted: the bits are the same at every width.
 #pragma once
 
 #include "common/port/fibre_lanes.hpp"
@@ -42,7 +42,7 @@ PALPATE_INLINE void add_membrane(const TetraMaterial& m, const Mat<N>& f, Mat<N>
       p.of[r][s] += by_f * f.of[r][s] + m.mu * (f.of[r][0] * c.of[0][s] + f.of[r][1] * c.of[1][s] + f.of[r][2] * c.of[2][s]);
 }
 
-/// What laws of both invariants are made of at one F.
+/// The quantities at one F that laws of both invariants need.
 template <std::size_t N>
 struct Invariants {
   Mat<N> g;
@@ -71,7 +71,7 @@ PALPATE_INLINE void square_of(const Mat<N>& f, Mat<N>& square) {
     for (int s = 0; s < 3; ++s) square.of[r][s] = f.of[r][0] * f.of[s][0] + f.of[r][1] * f.of[s][1] + f.of[r][2] * f.of[s][2];
 }
 
-/// X(F)[G] = |F|^2 F - F F^T F
+/// Adds P of a law of both invariants; X(F)[G] = |F|^2 F - F F^T F.
 template <std::size_t N>
 PALPATE_INLINE void add_of_invariants(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
   Invariants<N> at;
@@ -86,7 +86,7 @@ PALPATE_INLINE void add_of_invariants(const TetraMaterial& m, const Mat<N>& f, M
                     m.mu_2 * (square.of[r][0] * f.of[0][s] + square.of[r][1] * f.of[1][s] + square.of[r][2] * f.of[2][s]);
 }
 
-/// F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F', in the precision of the matrices.
+/// Adds F (mu_v (C + C^T) + lambda_v tr(C) I), C = F^T F', in the precision of the matrices.
 template <typename Matrix, typename Number>
 PALPATE_INLINE void add_viscous(Number mu, Number lambda, const Matrix& f, const Matrix& rate, Matrix& p) {
   using Lanes = typename Matrix::Lanes;
@@ -102,7 +102,7 @@ PALPATE_INLINE void add_viscous(Number mu, Number lambda, const Matrix& f, const
     }
 }
 
-/// P_elastic
+/// Adds P_elastic.
 template <std::size_t N>
 PALPATE_INLINE void add_elastic(const TetraMaterial& m, const Mat<N>& f, Mat<N>& p) {
   if (m.law == SolidLaw::neo_hookean)
@@ -118,29 +118,29 @@ PALPATE_INLINE void add_elastic(const TetraMaterial& m, const Mat<N>& f, Mat<N>&
   if (m.fibre_k != 0) add_fibres<N>(m.fibres, Doubles<N>{} + m.fibre_k, f, p);
 }
 
-/// Everything that the blocks between two nodes have in common.
+/// The quantities that all blocks between two nodes share.
 template <std::size_t N, int Nodes>
 struct Linearised {
   Doubles<N> a, kappa, along, spread, across,
       viscous_volume;  ///< a, kappa, 2 mu / (I + 1)^2 or 0, lambda; mu_v, lambda_v times c_d / c_k
-  Doubles<N> stretch;  ///< of both invariants: 2 mu_1 times the slope of e
-  double second = 0;   ///< of both invariants: mu_2 c_k
+  Doubles<N> stretch;  ///< for laws of both invariants: 2 mu_1 times the slope of e
+  double second = 0;   ///< for laws of both invariants: mu_2 c_k
   Doubles<N> volume;
   Mat<N> square;                          ///< F F^T
   Doubles<N> fb[Nodes][3], gb[Nodes][3];  ///< F b_i, G b_i; corotational: R b_i
   Doubles<N> b[Nodes][3];
   Mat<N> f, g;
-  Mat<N> turn[Nodes];  ///< corotational: kappa W [R b_i]x, W of inverse_pair_sums; of both invariants: F [b_i]x
-  Truths<N> good;      ///< not cut
+  Mat<N> turn[Nodes];  ///< corotational: kappa W [R b_i]x, W of inverse_pair_sums; both invariants: F [b_i]x
+  Truths<N> good;      ///< true for lanes that are not cut
   // ogden and membrane: c_k, Q_k b_i and M b_i of TetraTangent
   Doubles<N> c[6], qb[6][Nodes][3], mb[Nodes][3];
-  // Of fibres: F a, S, 2 S', a . b_i
+  // Fibres: F a, S, 2 S', a . b_i
   bool has_fibres = false;
   FibrePull<N> fibres;
   Doubles<N> ab[Nodes];
 };
 
-/// Lane by lane but for what belongs to nodes.
+/// Works lane by lane, except on nodal quantities.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void linearise_ogden(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N, Nodes>& at) {
   alignas(64) double kappa[N], c[6][N], q[6][9][N], g_of_c[9][N];
@@ -171,7 +171,7 @@ PALPATE_INLINE void linearise_ogden(const TetraMaterial& m, const Doubles<N>& vo
     }
 }
 
-/// Modes along the axes of the rest shape.
+/// Uses modes along the axes of the rest shape.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void linearise_membrane(const TetraMaterial& m, const Doubles<N>& volume, double c_k, Linearised<N, Nodes>& at) {
   Mat<N> c;
@@ -240,8 +240,8 @@ PALPATE_INLINE void linearise_neo_hookean(const TetraMaterial& m, const Doubles<
   at.good = i > 0.0;
 }
 
-/// W = ((tr S) I - S)^-1 of the symmetric S = F R^T: R turns about W t where F changes by dF, t the axial part of dF R^T. `apart`
-/// where no two principal stretches add to less than kLeastPairSum.
+/// Computes W = ((tr S) I - S)^-1 of the symmetric S = F R^T: for a change dF, R rotates about W t, with t the axial part of dF
+/// R^T. `apart`: true where every two principal stretches add up to at least kLeastPairSum.
 template <std::size_t N>
 PALPATE_INLINE void inverse_pair_sums(const Mat<N>& f, const Mat<N>& r, Mat<N>& w, Truths<N>& apart) {
   Mat<N> s, h, g;
@@ -291,7 +291,7 @@ PALPATE_INLINE void linearise_of_invariants(const TetraMaterial& m, const Double
       }
 }
 
-/// With `at.f` and `at.b` given.
+/// Requires `at.f` and `at.b`.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void linearise(const TetraMaterial& m, const Doubles<N>& volume, double c_d, double c_k,
                               Linearised<N, Nodes>& at) {
@@ -326,7 +326,7 @@ PALPATE_INLINE void linearise(const TetraMaterial& m, const Doubles<N>& volume, 
       }
 }
 
-/// Of the mixed second derivative of det F, much X(A): with A = F, or G.
+/// Adds the mixed second derivative of det F, much X(A), with A = F or G.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void add_mixed(const Linearised<N, Nodes>& at, const Doubles<N>& much, const Mat<N>& a, int i, int j, Mat<N>& k) {
   const Doubles<N>*bi = at.b[i], *bj = at.b[j];
@@ -339,7 +339,7 @@ PALPATE_INLINE void add_mixed(const Linearised<N, Nodes>& at, const Doubles<N>& 
   }
 }
 
-/// Of the turning of R: -kappa [R b_i]x W [R b_j]x
+/// Adds the term from the rotation of R: -kappa [R b_i]x W [R b_j]x.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void add_turning(const Linearised<N, Nodes>& at, int i, int j, Mat<N>& k) {
   for (int r = 0; r < 3; ++r)
@@ -349,7 +349,7 @@ PALPATE_INLINE void add_turning(const Linearised<N, Nodes>& at, int i, int j, Ma
     }
 }
 
-/// Of both invariants: how e changes, and X(G) + X(F) X(F).
+/// Adds the terms of laws of both invariants: the change of e, and X(G) + X(F) X(F).
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void add_invariant_block(const Linearised<N, Nodes>& at, int i, int j, Mat<N>& k) {
   Doubles<N> both;
@@ -365,7 +365,7 @@ PALPATE_INLINE void add_invariant_block(const Linearised<N, Nodes>& at, int i, i
   if (i != j) add_mixed(at, second, at.g, i, j, k);
 }
 
-/// tetra_kernel.hpp: TetraTangent::block and viscous_block of nodes i and j.
+/// Computes TetraTangent::block plus viscous_block (tetra_kernel.hpp) of nodes i and j.
 template <std::size_t N, int Nodes>
 PALPATE_INLINE void tangent_block(const Linearised<N, Nodes>& at, SolidLaw law, int i, int j, Mat<N>& k) {
   const Doubles<N>*bi = at.b[i], *bj = at.b[j];

@@ -7,10 +7,10 @@
 namespace palpate {
 namespace {
 
-/// Largest eigenvalue of M^-1 K (or D): power iteration, from a start that has some of everything.
+/// Returns the largest eigenvalue of M^-1 K (or D) by power iteration, from a start with components in all modes.
 double largest(const Dynamics& dynamics, const BodyState& rest, bool of_damping) {
   constexpr int kIterations = 60;
-  constexpr double kFromBelow = 1.03;  // what is still missing after those
+  constexpr double kFromBelow = 1.03;  // margin for the remaining error, which is from below
   Vector y(rest.x.size()), k_y, d_y;
   for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = i % 2 == 0 ? 1.0 : -0.7 + 0.01 * static_cast<double>(i % 13);
   double value = 0;

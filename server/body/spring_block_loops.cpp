@@ -51,11 +51,11 @@ struct Places {
   const float *x, *y, *z, *vx, *vy, *vz;
 };
 
-/// Forces on the nodes a of N springs.
+/// Computes the forces on the nodes a of N springs.
 template <std::size_t N>
 PALPATE_INLINE void pull(const SpringShapes& at_rest, const SpringCoefficients& c, float stiffening, std::size_t lane,
                          std::size_t a, std::size_t b, const Places& at, Floats<N> (&force)[3]) {
-  constexpr float kFlattest = -1 + 1e-6F;  // of q: shorter than a thousandth of its rest length a spring pushes less
+  constexpr float kFlattest = -1 + 1e-6F;  // least q: a spring shorter than a thousandth of its rest length pushes less
   const auto difference = [&](const float* of, Floats<N>& to) {
     Floats<N> from;
     load<N>(of + b, to);

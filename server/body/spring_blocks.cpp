@@ -26,7 +26,7 @@ Placed place(const Element& e) {
   return {a / kBlock, a % kBlock, b - a, &e};
 }
 
-/// To a picometre, so that springs that are alike have the same numbers.
+/// Rounds to a picometre, so that equal springs have equal numbers.
 double rounded_m(double length_m) { return 1e-12 * std::round(1e12 * length_m); }
 
 void put_shape(const LumpedBody& body, const Placed& p, std::size_t lane, SpringShapes& to) {
@@ -40,8 +40,8 @@ void put_shape(const LumpedBody& body, const Placed& p, std::size_t lane, Spring
   to.per_rest2[lane] = static_cast<float>(per_rest2);
 }
 
-/// Groups next to each other in the numbering write to nodes that overlap: they are taken far enough apart for the first to be
-/// out of the processor's hands before the second reads.
+/// Reorders groups: neighbours in the numbering write to overlapping nodes, so they are moved far enough apart that the first has
+/// finished its stores before the second reads.
 void spread(std::vector<SpringsOfBlock>::iterator begin, std::vector<SpringsOfBlock>::iterator end) {
   constexpr std::size_t kPiles = 3;
   std::vector<SpringsOfBlock> spread;
@@ -50,7 +50,7 @@ void spread(std::vector<SpringsOfBlock>::iterator begin, std::vector<SpringsOfBl
   std::copy(spread.begin(), spread.end(), begin);
 }
 
-/// Of each different value its place in `all`, where it is put when it is new.
+/// Index of each distinct value in `all`, to which a new value is appended.
 template <typename Value>
 class Once {
  public:
@@ -120,7 +120,7 @@ void SpringBlocks::add_forces(const Slab& slab, const NodeArrays& u, const NodeA
 
 double SpringBlocks::stiffest(const NodeArrays& u) const {
   if (tables_.stiffening == 0) return 1;
-  double most = 0;  // of strain^2
+  double most = 0;  // largest strain^2
   for (std::size_t block = 0; block < blocks(); ++block)
     for (std::uint32_t g = tables_.first[block]; g < tables_.first[block + 1]; ++g) {
       const SpringsOfBlock& group = tables_.groups[g];

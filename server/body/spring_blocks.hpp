@@ -1,9 +1,9 @@
-// All springs of a body at once, in single precision, sixteen side by side: the force of element_kernel.hpp for bodies whose
-// nodes are numbered plane by plane, as those of a lattice are.
+// All springs of a body in single precision, sixteen side by side: the force of element_kernel.hpp for bodies whose nodes are
+// numbered plane by plane, as those of a lattice are.
 //
-// Sixteen nodes in a row are a block. Springs from them to nodes as far on in the numbering make a group: lane i joins node a + i
-// with node b + i, so that everything is read and written in order; where a spring is missing its stiffness and damping are zero.
-// What the groups of a block have on its nodes is added up in registers.
+// Sixteen consecutive nodes are a block. Springs from them to nodes at one offset in the numbering form a group: lane i joins
+// node a + i with node b + i, so that everything is read and written in order; a missing spring has zero stiffness and damping.
+// The forces of a block's groups on its nodes are summed in registers.
 //
 // With D the vector from a to b at rest, L0 the rest length, e = u_b - u_a the difference of the displacements, d = D + e:
 //
@@ -11,9 +11,9 @@
 //     t = 1 - (1 + q)^(-1/2)                              elongation / |d|; the strain is q (1 - t) - t
 //     force on a = (k t (1 + stiffening strain^2) + b (1 - t)^2 d . d' / L0^2) d
 //
-// lose no digits to the size of the body: forces are right to 1e-6 of the largest spring's. The root is taken by Newton's method,
-// in additions and multiplications alone, the last step of it in t. Every sum is taken in the same order whatever the processor
-// and the number of threads, and nothing is contracted: same bits on all of them.
+// loses no digits to the size of the body: forces are accurate to 1e-6 of the largest spring's. The root is computed by Newton's
+// method, with additions and multiplications only, and its last step is applied to t. Every sum is computed in the same order on
+// any processor and with any number of threads, and nothing is contracted: the bits are the same everywhere.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@
 
 namespace palpate {
 
-/// One number of each kind a node, by component; zeros after the last, so that whole blocks may be read from any node on.
+/// A vector per node, stored by component; padded with zeros, so that whole blocks may be read from any node on.
 struct NodeArrays {
   static constexpr std::size_t kBlock = 16;
   std::vector<float> x, y, z;
@@ -39,7 +39,7 @@ struct NodeArrays {
   }
 };
 
-/// Of sixteen springs; those that are missing have the shape of another, and zeros else.
+/// Shapes of sixteen springs; missing ones have the shape of another, and zero coefficients.
 struct alignas(64) SpringShapes {
   float dx[NodeArrays::kBlock], dy[NodeArrays::kBlock], dz[NodeArrays::kBlock];  ///< D [m]
   float excess[NodeArrays::kBlock], per_rest2[NodeArrays::kBlock];               ///< |D|^2 / L0^2 - 1, 1 / L0^2 [1/m^2]
@@ -52,40 +52,40 @@ struct SpringsOfBlock {
   std::uint32_t shapes = 0, coefficients = 0;
 };
 struct SpringTables {
-  std::vector<SpringShapes> shapes;              ///< each once: those of a lattice stay in the first-level cache
-  std::vector<SpringCoefficients> coefficients;  ///< each once
+  std::vector<SpringShapes> shapes;              ///< without repetition: those of a lattice stay in the first-level cache
+  std::vector<SpringCoefficients> coefficients;  ///< without repetition
   std::vector<SpringsOfBlock> groups;            ///< block by block
-  std::vector<std::uint32_t> first;              ///< of each block, in groups; one more than blocks
+  std::vector<std::uint32_t> first;              ///< of each block, in groups; one more entry than blocks
   float stiffening = 0;
 };
 
 struct SpringBlockLoops {
-  std::size_t width;  ///< springs in a vector
-  /// f += forces of the springs of blocks begin to end at displacements u [m] and velocities v [m/s].
+  std::size_t width;  ///< springs per vector
+  /// Adds the forces of the springs of blocks begin to end to f, at displacements u [m] and velocities v [m/s].
   void (*add_forces)(const SpringTables& springs, std::size_t begin, std::size_t end, const NodeArrays& u, const NodeArrays& v,
                      NodeArrays& f);
 };
-/// All that this processor can run, the widest last.
+/// Returns the variants that this processor can run, the widest last.
 std::span<const SpringBlockLoops> spring_block_loops();
 
 class SpringBlocks {
  public:
   explicit SpringBlocks(const LumpedBody& body);
-  /// Whether it knows all that the body is made of: springs, linear or stiffening.
+  /// Returns true if it supports everything that the body is made of: springs, linear or stiffening.
   static bool covers(const LumpedBody& body);
 
   struct Slab {
     std::size_t begin = 0, end = 0;  ///< blocks
   };
-  /// All blocks, in slabs no spring reaches further than from one into the next: the even ones may be added up at the same time,
-  /// and then the odd ones, which takes every sum in one order.
+  /// All blocks, in slabs such that no spring reaches further than the next slab: even slabs may be added in parallel, and then
+  /// odd ones, so that every sum has a fixed order.
   const std::vector<Slab>& even_slabs() const { return even_; }
   const std::vector<Slab>& odd_slabs() const { return odd_; }
-  /// f += forces of the springs of a slab's blocks.
+  /// Adds the forces of the springs of a slab's blocks to f.
   void add_forces(const Slab& slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const;
-  /// Largest T' / k of any spring: 1 for linear ones.
+  /// Returns the largest T' / k of any spring: 1 for linear ones.
   double stiffest(const NodeArrays& u) const;
-  /// Springs and gaps: what an evaluation costs.
+  /// Number of springs and gaps, the cost of an evaluation.
   std::size_t size() const { return NodeArrays::kBlock * tables_.groups.size(); }
   const SpringTables& tables() const { return tables_; }
 

@@ -1,4 +1,4 @@
-// Forces of all springs of a body at a state, in single precision (spring_blocks.hpp): right to 1e-6 of the largest spring's.
+// Forces of all springs of a body at a state, in single precision (spring_blocks.hpp): accurate to 1e-6 of the largest spring's.
 #pragma once
 
 #include "server/body/body_state.hpp"
@@ -11,7 +11,7 @@ class SpringForces {
   /// `body` must outlive it. SpringBlocks::covers() it.
   explicit SpringForces(const LumpedBody& body)
       : body_(&body), blocks_(body), u_(body.nodes.size()), v_(body.nodes.size()), f_(body.nodes.size()) {}
-  /// On the nodes, without their weight; until it is asked again.
+  /// Returns the forces on the nodes without their weight; valid until the next call.
   const NodeArrays& at(const Vector& x, const Vector& v) {
     for (std::uint32_t i = 0; i < body_->nodes.size(); ++i) {
       u_.set(i, at_node(x, i) - body_->nodes[i]);

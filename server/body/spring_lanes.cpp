@@ -8,7 +8,7 @@ namespace {
 template <std::size_t N>
 using Vec = Doubles<N>[3];
 
-/// y_b - y_a
+/// Computes y_b - y_a.
 template <std::size_t N>
 PALPATE_INLINE void differences(const SpringGroup& group, std::size_t from, const double* y, Vec<N>& d) {
   alignas(64) double apart[3][N];
@@ -25,7 +25,7 @@ PALPATE_INLINE void inner(const Vec<N>& a, const Vec<N>& b, Doubles<N>& sum) {
   sum = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// ElementKernel::evaluate and force_on_a
+/// Combines ElementKernel::evaluate and force_on_a.
 template <std::size_t N>
 PALPATE_INLINE void forces(const SpringGroup& group, std::size_t from, double stiffening, const double* x, const double* v,
                            Vec<N>& force) {
@@ -47,7 +47,7 @@ PALPATE_INLINE void forces(const SpringGroup& group, std::size_t from, double st
   for (int r = 0; r < 3; ++r) force[r] = axial * d[r];
 }
 
-/// Springs of one node follow each other in most bodies: what they add to it is added up before it is stored.
+/// In most bodies the springs of one node follow each other: their forces on it are summed before they are stored.
 template <std::size_t N>
 PALPATE_INLINE void scatter(const SpringGroup& group, std::size_t from, const double (&force)[3][N], double* f) {
   const std::size_t used = std::min(N, group.count - from);

@@ -1,5 +1,5 @@
-// Eight springs side by side: the force of element_kernel.hpp for linear and stiffening springs, in double precision and in the
-// same order of operations as there, so to the same bits.
+// Eight springs side by side: the force of element_kernel.hpp for linear and stiffening springs, in double precision and with the
+// same order of operations, so with the same bits.
 #pragma once
 
 #include <array>
@@ -15,20 +15,20 @@ namespace palpate {
 struct SpringGroup {
   static constexpr std::size_t kSize = 8;
   EightNumbers stiffness_n_m, damping_n_s_m, rest_length_m;
-  std::array<std::uint32_t, kSize> a{}, b{};  ///< nodes; of lanes that are not used: 0
+  std::array<std::uint32_t, kSize> a{}, b{};  ///< nodes; 0 in unused lanes
   std::uint32_t count = 0;
 };
 
-/// The springs of a body in their order. Empty for a law that decides (thigh_skin).
+/// Returns the springs of a body in their order; empty for a law that branches (thigh_skin).
 std::vector<SpringGroup> spring_groups(const LumpedBody& body);
 
 struct SpringLoops {
-  std::size_t width;  ///< springs in a vector
-  /// f += forces at positions x and velocities v, 3 N each; T(e) = k e (1 + stiffening (e / L0)^2).
+  std::size_t width;  ///< springs per vector
+  /// Adds forces to f at positions x and velocities v, 3 N each; T(e) = k e (1 + stiffening (e / L0)^2).
   void (*add_forces)(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v, double* f);
 };
 
-/// All that this processor can run, the widest last.
+/// Returns the variants that this processor can run, the widest last.
 std::span<const SpringLoops> spring_loops();
 
 }  // namespace palpate

@@ -15,15 +15,15 @@ class Springs {
   Springs(const LumpedBody& body, const BlockMatrix& pattern);
 
   bool empty() const { return body_->elements.empty(); }
-  /// f += forces of the elements.
+  /// Adds the forces of the elements to f.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;
-  /// A += c_d D + c_k K (symmetric part) but for rows and columns of held nodes; see ElementKernel for `clamp`.
+  /// Adds c_d D + c_k K (symmetric part) to A, except rows and columns of held nodes; see ElementKernel for `clamp`.
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
-  /// k_y += K y, d_y += D y.
+  /// Computes k_y += K y, d_y += D y.
   void add_products(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const;
-  /// Elastic energy [J].
+  /// Returns the elastic energy [J].
   double energy(const Vector& x) const;
 
  private:

@@ -14,7 +14,7 @@ Stillness::Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest)
   most_kg_m2_ = lightest_kg * 0.25 * kMovesM * kMovesM;
 }
 
-/// q^T K q, or a bound of it.
+/// Returns q^T K q, or a bound of it.
 double Stillness::unbalanced(const BodyState& state) {
   const BodyState still{state.time_s, state.x, Vector::Zero(state.x.size()), state.history};
   dynamics_->forces(still, f_);
@@ -26,7 +26,7 @@ double Stillness::unbalanced(const BodyState& state) {
   return std::max(now, unbalanced_by(state.x));
 }
 
-/// The same with these forces.
+/// Returns the same for the forces in f_.
 double Stillness::unbalanced_by(const Vector& x) {
   mask(dynamics_->body().fixed, f_);
   const double bound = f_.dot(f_.cwiseQuotient(dynamics_->masses())) / w2_;
@@ -36,7 +36,7 @@ double Stillness::unbalanced_by(const Vector& x) {
 
 bool Stillness::holds(const BodyState& state) {
   if (!(w2_ > 0)) return false;
-  // The speed alone tells while a body swings, for a fraction of what its forces cost.
+  // While a body oscillates its speed is enough, at a fraction of the cost of its forces.
   const double speed2 = state.v.dot(dynamics_->masses().cwiseProduct(state.v));
   return speed2 <= most_kg_m2_ * w2_ && speed2 + unbalanced(state) <= most_kg_m2_ * w2_;
 }

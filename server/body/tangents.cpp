@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// Column by column, its lower half.
+/// Adds a symmetric block, given as its lower half column by column.
 [[gnu::always_inline]] inline void add_lower(const double (&block)[6], Mat3& to) {
   double* const m = to.data();
   m[0] += block[0], m[1] += block[1], m[2] += block[2], m[4] += block[3], m[5] += block[4], m[8] += block[5];
@@ -82,7 +82,7 @@ void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<st
     Mat3& block = a.diagonal[i];
     block = block.selfadjointView<Eigen::Lower>().toDenseMatrix();
     block.diagonal().array() += held[i] ? 1.0 : c_m * body.masses_kg[i];
-    // Nothing couples the nodes of a planar body across its plane.
+    // The nodes of a planar body are not coupled across its plane.
     if (body.planar && !(block(2, 2) > 0)) block(2, 2) = 1;
   }
 }
@@ -120,7 +120,7 @@ void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum
 }
 
 void Tangents::add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const {
-  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body knows nothing of motion across its plane
+  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body has no motion across its plane
   const Spring* e = springs_.data();
   for (std::size_t i = 0; i < in.size(); ++i) {
     const ColumnLanes x = lanes(in[i].x), y = lanes(in[i].y), z = lanes(in[i].z);

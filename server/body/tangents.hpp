@@ -1,11 +1,11 @@
-// K and D of a body at one state, element by element: evaluated once, multiplied often. Of springs
+// K and D of a body at one state, element by element, evaluated once and multiplied often. For springs
 //
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
-// n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp); what acts on a
-// acts the other way on b; of finite elements those of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the
-// matrices are not put together: a spring has six numbers and its two blocks of a row eighteen, and it is memory that limits a
-// product.
+// n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp), with the
+// opposite sign on b; for finite elements the tangents of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the
+// matrices are not assembled: a spring has six numbers, its two blocks of a row have eighteen, and products are limited by memory
+// bandwidth.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,18 @@ namespace palpate {
 
 class Tangents {
  public:
-  /// `dynamics` must outlive it. At no state yet.
+  /// `dynamics` must outlive it. It has no state until take().
   explicit Tangents(const Dynamics& dynamics);
 
-  /// From here on at this state.
+  /// Linearises at this state.
   void take(const BodyState& state);
-  /// K Y and D Y for the columns of Y, nothing held.
+  /// Computes K Y and D Y for the columns of Y, with no node held.
   void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const;
-  /// (c_k K + c_d D) Y, for less than both.
+  /// Computes (c_k K + c_d D) Y, at a lower cost than both products.
   void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const;
-  /// Whether assemble() knows all that the body is made of: springs.
+  /// Returns true if assemble() supports everything that the body is made of: springs.
   bool can_assemble() const { return !dynamics_->body().is_solid(); }
-  /// c_m M + c_d D + c_k K; see Dynamics::assemble.
+  /// Assembles c_m M + c_d D + c_k K; see Dynamics::assemble.
   void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp, UpperBlocks& a) const;
 
  private:
@@ -42,7 +42,7 @@ class Tangents {
   void add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const;
 
   const Dynamics* dynamics_;
-  std::vector<std::uint32_t> order_;  // index in the body for each spring here
+  std::vector<std::uint32_t> order_;  // index in the body of each spring
   std::vector<std::uint32_t> first_;  // springs are sorted by a; those of node i begin at first_[i]
   std::vector<Spring> springs_;
   std::vector<TetraTangent> tetrahedra_;

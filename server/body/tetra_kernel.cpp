@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-/// What the cofactors of A change by with B, to first order.
+/// Returns the first-order change of the cofactors of A with B.
 Mat3 mixed_cofactors(const Mat3& a, const Mat3& b) {
   Mat3 x;
   for (int k = 0; k < 3; ++k) {
@@ -38,7 +38,7 @@ Mat3 second_order_neo_hookean(const TetraMaterial& m, const Mat3& f, const Mat3&
          m.lambda * (inner(x_2, df_1) * g + inner(g, df_1) * x_2 + inner(g, df_2) * x_1 + pressure * mixed_cofactors(df_1, df_2));
 }
 
-/// I_1 of a law of both invariants.
+/// Returns I_1 of a law of both invariants.
 double first_invariant(const Mat3& f, double j) { return f.squaredNorm() - 1 - 2 * j; }
 
 Mat3 second_order_of_invariants(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
@@ -53,7 +53,7 @@ Mat3 second_order_of_invariants(const TetraMaterial& m, const Mat3& f, const Mat
   return m.mu * first + m.mu_2 * second + m.lambda * volume;
 }
 
-/// With dR = R O, O S + S O = R^T dF - dF^T R, and once more the derivative of that.
+/// Uses dR = R O, O S + S O = R^T dF - dF^T R, and the derivative of that.
 Mat3 second_order_corotational(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
   const Mat3 r = polar_rotation(f), s = 0.5 * (r.transpose() * f + f.transpose() * r);
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(s);
@@ -69,7 +69,7 @@ Mat3 second_order_corotational(const TetraMaterial& m, const Mat3& f, const Mat3
          m.lambda * (inner(dr_2, df_1) * r + inner(r, df_1) * dr_2 + inner(r, df_2) * dr_1);
 }
 
-/// Unit matrix of a turn about principal axis k.
+/// Returns the unit matrix of a rotation about principal axis k.
 Mat3 twist(int k) { return cross_matrix(Vec3::Unit(k)) / std::numbers::sqrt2; }
 Mat3 flip(int k) { return twist(k).cwiseAbs(); }
 
@@ -175,7 +175,7 @@ Mat3 viscous_stress(const TetraMaterial& m, const Mat3& f, const Mat3& f_rate) {
 
 Mat3 second_order_stress(const TetraMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
   if (m.law == SolidLaw::ogden || m.law == SolidLaw::membrane || m.fibre_k != 0) {
-    constexpr double kChange = 2e-5;  // of F
+    constexpr double kChange = 2e-5;  // step of F
     const double size = df_2.norm();
     if (size == 0) return Mat3::Zero();
     const Mat3 way = (kChange / size) * df_2;
@@ -201,7 +201,7 @@ TetraTangent::TetraTangent(const TetraMaterial& material, const Mat3& f, bool cl
   if (material.fibre_k != 0) add_fibres(material, clamp);
 }
 
-/// R turns by R [w / (s_i + s_j)]x where F turns by R [w]x: three modes, along the eigenvectors of S.
+/// A rotation of F by R [w]x rotates R by R [w / (s_i + s_j)]x: three modes, along the eigenvectors of S.
 void TetraTangent::corotational(const TetraMaterial& m, bool clamp) {
   const Mat3 r = polar_rotation(f_);
   Mat3 s = r.transpose() * f_;
@@ -244,11 +244,11 @@ void TetraTangent::of_ogden(const TetraMaterial& m) {
   add(m.lambda, cofactors(f_));
 }
 
-/// dE is half of what F^T dF is with its transpose: modes along the axes of the rest shape.
+/// dE is half of F^T dF plus its transpose: modes along the axes of the rest shape.
 void TetraTangent::of_membrane(const TetraMaterial& m, bool clamp) {
   Mat3 stress = m.mu * (f_.transpose() * f_);
   stress.diagonal().array() += 0.5 * m.lambda * (f_.squaredNorm() - 2) - m.mu;
-  if (clamp) {  // where it is pushed together its stress lets it give way sideways
+  if (clamp) {  // under compression its stress makes it buckle sideways
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(stress);
     stress = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
   }
@@ -268,7 +268,7 @@ void TetraTangent::add_fibres(const TetraMaterial& m, bool clamp) {
   add(2 * at.slope, at.along * at.a.transpose());
 }
 
-/// In principal stretches, of which any isotropic law is a function.
+/// Works in principal stretches, as any isotropic law is a function of them.
 void TetraTangent::clamped(const TetraMaterial& m) {
   const SignedSvd svd = signed_svd(f_);
   const Vec3& s = svd.s;

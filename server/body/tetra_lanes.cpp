@@ -19,7 +19,7 @@ struct Part {
   PALPATE_INLINE const Doubles<N>& volume() const { return doubles<N>(group.volume_m3.of + from); }
   PALPATE_INLINE std::size_t used() const { return group.count > from ? std::min(N, group.count - from) : 0; }
 
-  /// sum over the nodes of y_i b_i^T
+  /// Computes sum over the nodes of y_i b_i^T.
   PALPATE_INLINE void gradient(const double* y, Mat<N>& f) const {
     alignas(64) double edge[3][3][N];
     for (std::size_t l = 0; l < N; ++l) {

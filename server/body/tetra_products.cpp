@@ -15,7 +15,7 @@ template <class Lanes>
   return {{&nodes[n[0]], &nodes[n[1]], &nodes[n[2]], &nodes[n[3]]}};
 }
 
-/// sum over the nodes of y_i b_i^T
+/// Computes sum over the nodes of y_i b_i^T.
 [[gnu::always_inline]] inline void gradient(const Corners<const NodeLanes>& y, const Mat34& b, ColumnMat& f) {
   f = {};
   for (int i = 0; i < 4; ++i)
@@ -26,7 +26,7 @@ template <class Lanes>
     }
 }
 
-/// V P b_i on each node.
+/// Adds V P b_i on each node.
 [[gnu::always_inline]] inline void scatter(const TetraRest& rest, const ColumnMat& p, const Corners<NodeLanes>& to) {
   for (int i = 0; i < 4; ++i) {
     const Vec3 b = rest.volume_m3 * rest.b.col(i);
@@ -38,7 +38,7 @@ template <class Lanes>
   }
 }
 
-/// `take`(k, cell, dF, dP) of each cell: how its F changes with the columns of y, and the elastic part of its stress.
+/// Calls `take`(k, cell, dF, dP) for each cell: the change of its F with the columns of y, and the elastic part of its stress.
 [[gnu::always_inline]] inline void for_each_change(const auto& cells, const std::vector<TetraTangent>& at,
                                                    const std::vector<NodeLanes>& y, const auto& take) {
   for (std::size_t k = 0; k < cells.size(); ++k) {

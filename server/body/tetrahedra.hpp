@@ -1,8 +1,8 @@
 // All tetrahedra of a body, and the triangles of a membrane: tetra_kernel.hpp summed over its finite elements. Signs and symbols
 // as in dynamics.hpp.
 //
-// Masses are lumped: a tetrahedron gives a quarter of its own to each of its nodes. Mass-proportional damping is a force
-// -c m_i v_i on each of them, c = LumpedBody::mass_damping_1_s, m_i the node's mass.
+// Masses are lumped: each node of a tetrahedron gets a quarter of its mass. Mass-proportional damping is a force -c m_i v_i on
+// each node, c = LumpedBody::mass_damping_1_s, m_i the node's mass.
 #pragma once
 
 #include <array>
@@ -25,31 +25,31 @@ class Tetrahedra {
   bool empty() const { return cells_.empty(); }
   const TetraRest& rest(std::uint32_t tetrahedron) const { return cells_[tetrahedron].rest; }
   const TetraMaterial& material(std::uint32_t tetrahedron) const { return materials_[cells_[tetrahedron].material]; }
-  /// F of one.
+  /// Returns F of one tetrahedron.
   Mat3 gradient(std::uint32_t tetrahedron, const Vector& x) const {
     return nodes_of(cells_[tetrahedron], x) * cells_[tetrahedron].rest.b.transpose();
   }
-  /// f += forces of the elements.
+  /// Adds the forces of the elements to f.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;
-  /// A += c_d D + c_k K (symmetric part) but for rows and columns of held nodes; see TetraTangent for `clamp`.
+  /// Adds c_d D + c_k K (symmetric part) to A, except rows and columns of held nodes; see TetraTangent for `clamp`.
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
-  /// Tetrahedra of one material side by side, and which.
+  /// Tetrahedra of one material side by side, with their indices.
   struct Batch {
     TetraGroup group;
     std::array<std::uint32_t, kTetraLanes> cells{};
   };
-  /// Of these, as few as will do.
+  /// Groups these cells into as few batches as possible.
   std::vector<Batch> batches(std::span<const std::uint32_t> cells) const;
-  /// c_d D + c_k K between the nodes of each, mass-proportional damping aside; see TetraTangent for `clamp`.
+  /// Computes c_d D + c_k K between the nodes of each, without mass-proportional damping; see TetraTangent for `clamp`.
   void blocks(const Batch& batch, const Vector& x, double c_d, double c_k, bool clamp, TetraBlocks& blocks) const;
-  /// What the products with K and D at one state are made of, for each tetrahedron.
+  /// Returns the tangent of each tetrahedron at one state, for products with K and D.
   std::vector<TetraTangent> tangents(const BodyState& state) const;
-  /// K Y and D Y are added for the columns of Y.
+  /// Adds K Y and D Y for the columns of Y.
   void add_products(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, std::vector<NodeLanes>& k_y,
                     std::vector<NodeLanes>& d_y) const;
-  /// (c_k K + c_d D) Y is added, for less than both.
+  /// Adds (c_k K + c_d D) Y, at a lower cost than both products.
   void add_sums(const std::vector<TetraTangent>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
                 std::vector<NodeLanes>& sum) const;
   /// Elastic energy [J].
@@ -62,18 +62,18 @@ class Tetrahedra {
     TetraRest rest;
     std::array<std::array<std::uint32_t, 4>, 4> entries;  // of the pattern
   };
-  /// Some have a volume: mass-proportional damping is theirs.
+  /// Returns true if some elements have a volume: then mass-proportional damping is applied here.
   bool has_mass() const { return !empty() && body_->hexahedra.empty(); }
   Mat34 nodes_of(const Cell& cell, const Vector& y) const;
-  /// `much` of what mass-proportional damping has in D Y.
+  /// Adds `much` times the mass-proportional damping's share of D Y.
   void add_mass_damping(const std::vector<NodeLanes>& y, double much, std::vector<NodeLanes>& to) const;
-  /// V P: its product with b_i is minus the force on node i.
+  /// Returns V P: its product with b_i is minus the force on node i.
   Mat3 stress(const Cell& cell, const Vector& x, const Vector& v) const;
 
   const LumpedBody* body_;
   std::vector<TetraMaterial> materials_;
   std::vector<Cell> cells_;
-  std::vector<Batch> batches_;                   // of all
+  std::vector<Batch> batches_;                   // of all cells
   std::vector<std::uint32_t> first_, incident_;  // cells of each node
 };
 

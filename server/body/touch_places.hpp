@@ -1,12 +1,12 @@
-// Places of a body's surface where a hand may come, far from each other: its lobes, edges and middle.
+// Points of a body's surface where a hand may come, far from each other: its lobes, edges and middle.
 #pragma once
 
 #include "server/scene/scene.hpp"
 
 namespace palpate {
 
-/// The middle of the free triangle nearest to `first`, and then one by one the middle of that which is farthest from all before.
-/// Triangles are free where none of their nodes is held. Fewer than `count`, at worst none, where there are no more.
+/// Returns the centre of the free triangle nearest to `first`, and then one by one the centre of the free triangle farthest from
+/// all before. A triangle is free if none of its nodes is fixed. Returns fewer than `count` if there are fewer free triangles.
 std::vector<Vec3> touch_places(const LumpedBody& body, const Vec3& first, std::size_t count);
 
 }  // namespace palpate

@@ -35,7 +35,7 @@ LumpedBody unloaded(LumpedBody body, const std::string& where) {
   const std::vector<Vec3> given = body.nodes;
   const double enough_m = kUnloadedTo * mean_edge_m(body);
   LumpedBody best = body;
-  std::vector<Vec3> way;  // from where it hangs to where it should
+  std::vector<Vec3> way;  // from the equilibrium to the wanted shape
   double off_m = 0, share = 1;
   for (int k = 0; k < kTriesMax && share >= kShareLeast; ++k) {
     if (!way.empty()) {

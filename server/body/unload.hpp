@@ -1,9 +1,9 @@
-// The rest shape X of a body that is given as gravity holds it: that which hangs as x* was given, x(X) = x*.
+// The rest shape X of a body whose given shape is its equilibrium under gravity: x(X) = x*, with x* as given.
 //
-// Found by X <- X + (x* - x(X)), x(X) the equilibrium of the body with rest shape X (settle.hpp), until no node is further from
-// x* than kUnloadedTo of the mean length of an element. Where a step makes no progress it is halved. Rest lengths of springs are
-// those between the nodes of X; masses stay those of x*. A soft body has no such X: nothing that hangs like that was ever free of
-// stress.
+// The iteration is X <- X + (x* - x(X)), x(X) the equilibrium of the body with rest shape X (settle.hpp), until no node is
+// further from x* than kUnloadedTo of the mean length of an element. A step without progress is halved. Rest lengths of springs
+// are those between the nodes of X; masses stay those of x*. For a soft body no such X may exist: no stress-free shape then hangs
+// like x*.
 //
 // Source: Sellier, An iterative method for the inverse elasto-static problem, J. Fluids Struct. 27 (2011).
 #pragma once
@@ -14,12 +14,12 @@ namespace palpate {
 
 inline constexpr double kUnloadedTo = 1e-4;
 
-/// A body that is not loaded is returned as it is. Throws InputError, with `where`, when no X is found.
+/// Returns the unloaded body; one that is not loaded is returned as it is. Throws InputError, with `where`, if no X is found.
 LumpedBody unloaded(LumpedBody body, const std::string& where);
 
-/// A scene that was read, its body at its rest shape; `where` names it in errors.
+/// Returns a scene with its body at its rest shape; `where` names it in errors.
 Scene opened(Scene scene, const std::string& where);
-/// The same of a file.
+/// Reads a scene from a file and opens it.
 Scene open_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 
 }  // namespace palpate

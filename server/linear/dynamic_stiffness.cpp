@@ -17,7 +17,7 @@ std::span<const Complex> values_of(const Eigen::SparseMatrix<Complex>& m) {
 
 }  // namespace
 
-// A sum keeps the zeros of its parts: all three get the pattern of the union.
+// A sum keeps the zeros of its terms, so all three get the union of the patterns.
 DynamicStiffness::DynamicStiffness(const Vector& mass, const SparseMatrix& damping, const SparseMatrix& stiffness)
     : mass_(diagonal(mass) + 0.0 * damping + 0.0 * stiffness),
       damping_(0.0 * mass_ + damping + 0.0 * stiffness),

@@ -11,7 +11,7 @@ class DynamicStiffness {
   /// P(s) at one s.
   class At {
    public:
-    /// P(s)^-1 B, with one step of iterative refinement.
+    /// Returns P(s)^-1 B, with one step of iterative refinement.
     ComplexMatrix solve(const ComplexMatrix& b) const;
     const Eigen::VectorXcd& pivots() const { return factor_.pivots(); }
 
@@ -26,7 +26,7 @@ class DynamicStiffness {
   At at(Complex s) const;
 
  private:
-  SparseMatrix mass_, damping_, stiffness_;  // on one pattern
+  SparseMatrix mass_, damping_, stiffness_;  // all on one pattern
   std::shared_ptr<const SymmetricAnalysis> analysis_;
 };
 

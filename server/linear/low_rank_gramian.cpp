@@ -17,7 +17,7 @@ Matrix energy_product(const SecondOrderSystem& y, const Block& a, const Block& b
   return a.q.transpose() * (y.stiffness * b.q) + a.v.transpose() * b.v;
 }
 
-/// Columns joined, then made orthonormal in the energy; dependent ones go.
+/// Joins the columns and orthonormalises them in the energy; dependent ones are dropped.
 Block orthonormal(const SecondOrderSystem& y, const std::vector<const Block*>& parts) {
   Eigen::Index columns = 0;
   for (const Block* b : parts) columns += b->q.cols();
@@ -41,7 +41,7 @@ Block orthonormal(const SecondOrderSystem& y, const std::vector<const Block*>& p
   return u;
 }
 
-/// s = -p of the ADI step that makes the projected W smallest; the imaginary part is never negative.
+/// Returns s = -p of the ADI step that makes the projected W smallest; its imaginary part is never negative.
 Complex next_shift(const SecondOrderSystem& y, const Block& w, const std::vector<Block>& recent) {
   std::vector<const Block*> parts{&w};
   for (const Block& b : recent) parts.push_back(&b);
@@ -59,7 +59,7 @@ Complex next_shift(const SecondOrderSystem& y, const Block& w, const std::vector
     const Complex p = value;
     ComplexMatrix left = (a - std::conj(p) * one) * (a + p * one).partialPivLu().solve(right);
     if (p.imag() > 0) left = (a - p * one) * (a + std::conj(p) * one).partialPivLu().solve(left);
-    // A pair costs no more than a real shift: it is one factorisation.
+    // A pair costs no more than a real shift: it needs one factorisation.
     const double norm = left.norm();
     if (norm < least) {
       least = norm;
@@ -86,7 +86,7 @@ SecondOrderSystem mass_scaled(const SecondOrderSystem& system) {
 
 namespace {
 
-/// The state of the iteration: what the equation still lacks, and Z so far, a block of columns a step.
+/// State of the iteration: the residual factor W, and Z so far, one block of columns per step.
 struct Iteration {
   const SecondOrderSystem& y;
   Block w;
@@ -151,7 +151,7 @@ LowRankGramian low_rank_gramian(const SecondOrderSystem& y, const BalanceOptions
     ++factorisations;
     if (!(still.pivots().real().minCoeff() > 0))
       throw std::runtime_error("balance: the stiffness is not positive definite, so the system is not stable");
-    // A^-1 B opens the first projection: the slow part of the response.
+    // A^-1 B is in the first projection: the slow part of the response.
     adi.recent.push_back({still.solve((-(y.damping * adi.w.q) - adi.w.v).cast<Complex>()).real(), adi.w.q});
     Eigen::Index columns = 0;
     while (residual > options.residual && columns + 2 * y.ports() <= options.columns_max) {

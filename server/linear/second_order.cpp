@@ -10,7 +10,7 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 
 constexpr std::int64_t kNone = -1;
 
-/// Products with the unit vectors of the node's three axes: columns of K and D.
+/// Computes products with the unit vectors of the node's three axes: columns of K and D.
 void columns(const Dynamics& dynamics, const BodyState& state, std::uint32_t node, Matrix& k, Matrix& d) {
   const auto n = dynamics.masses().size();
   k.resize(n, 3);
@@ -24,13 +24,13 @@ void columns(const Dynamics& dynamics, const BodyState& state, std::uint32_t nod
   }
 }
 
-/// Whether an axis of a node has stiffness (or damping), rounding aside.
+/// Returns true if an axis of a node has stiffness (or damping) beyond rounding.
 bool pulled(const BlockMatrix::Block& diagonal, Eigen::Index axis) {
   constexpr double kRounding = 1e-10;
   return std::abs(diagonal(axis, axis)) > kRounding * diagonal.diagonal().cwiseAbs().maxCoeff();
 }
 
-/// The free part of one of the body's matrices.
+/// Returns the free part of one of the body's matrices.
 SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& row_of, Eigen::Index n) {
   Triplets entries;
   for (std::uint32_t i = 0; i < a.rows(); ++i)
@@ -44,7 +44,7 @@ SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& r
         }
   SparseMatrix m(n, n);
   m.setFromTriplets(entries.begin(), entries.end());
-  // To the last bit symmetric, and what cancels in the sum over the elements is no entry.
+  // Makes the matrix symmetric to the last bit, and drops entries that cancel in the sum over the elements.
   constexpr double kRounding = 1e-14;
   m = 0.5 * (m + SparseMatrix(m.transpose()));
   if (m.nonZeros() > 0) m.prune(m.coeffs().abs().maxCoeff(), kRounding);
@@ -55,11 +55,11 @@ SparseMatrix restricted(const BlockMatrix& a, const std::vector<std::int64_t>& r
 
 namespace {
 
-/// What both kinds of port share: the free coordinates with their M, D and K.
+/// The part that both kinds of port share: the free coordinates with their M, D and K.
 struct FreeBody {
   SecondOrderSystem system;
   std::vector<std::int64_t> row_of;
-  std::vector<std::uint8_t> moves;  ///< per coordinate: something pulls at it, held or not
+  std::vector<std::uint8_t> moves;  ///< per coordinate: 1 if it has stiffness or damping, held or not
 };
 
 FreeBody free_body(const Dynamics& dynamics, const BodyState& state, const std::vector<std::uint8_t>& held) {

@@ -9,7 +9,7 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-/// Rows above the diagonal of every column, in the given order of elimination.
+/// Returns the rows above the diagonal of every column, in the given order of elimination.
 Lists upper_rows(const SparseMatrix& a, const std::vector<int>& original, const std::vector<int>& place) {
   Lists upper(original.size());
   for (std::size_t j = 0; j < original.size(); ++j)
@@ -20,7 +20,7 @@ Lists upper_rows(const SparseMatrix& a, const std::vector<int>& original, const 
   return upper;
 }
 
-/// The elimination tree (Liu): the parent of a column is the first one that it updates.
+/// Returns the elimination tree (Liu): the parent of a column is the first one that it updates.
 std::vector<int> elimination_tree(const Lists& upper) {
   std::vector<int> parent(upper.size(), -1), ancestor(upper.size(), -1);
   for (std::size_t j = 0; j < upper.size(); ++j)
@@ -63,7 +63,7 @@ std::vector<int> inverse(const std::vector<int>& order) {
   return place;
 }
 
-/// Rows below the diagonal of every column of L.
+/// Returns the rows below the diagonal of every column of L.
 Lists factor_rows(const Lists& upper, const std::vector<int>& parent) {
   const std::size_t n = upper.size();
   Lists rows(n), children(n);
@@ -83,7 +83,7 @@ Lists factor_rows(const Lists& upper, const std::vector<int>& parent) {
   return rows;
 }
 
-/// Columns whose pattern is nearly the same share a front: wide fronts are quick, a few zeros in them cost little.
+/// Joins columns of nearly the same pattern into one front: wide fronts are fast, and a few zeros in them cost little.
 std::vector<SymmetricAnalysis::Front> make_fronts(Lists rows, const std::vector<int>& parent) {
   constexpr double kZerosMax = 0.15;
   std::vector<SymmetricAnalysis::Front> fronts;

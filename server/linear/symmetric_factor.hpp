@@ -1,9 +1,9 @@
 // Sparse A = L D L^T of a complex symmetric matrix (A = A^T, not Hermitian), by the multifrontal method.
 //
-// The pattern is analysed once (minimum degree, elimination tree, columns of like pattern joined into fronts); every set of
+// The pattern is analysed once (minimum degree, elimination tree, columns of similar pattern joined into fronts); each set of
 // values then costs dense arithmetic on the fronts. There is no pivoting. That is safe for s^2 M + s D + K with Re s > 0 and M,
 // D, K symmetric and positive semi-definite: divided by s its real part is positive definite, and so are those of all its Schur
-// complements. On the imaginary axis light damping lets entries grow; the caller refines there (dynamic_stiffness.hpp).
+// complements. On the imaginary axis light damping lets entries grow; there the caller refines (dynamic_stiffness.hpp).
 // Sources: Duff and Reid, ACM TOMS 9 (1983); Liu, SIAM Review 34 (1992).
 #pragma once
 
@@ -21,16 +21,16 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 using Complex = std::complex<double>;
 using ComplexMatrix = Eigen::MatrixXcd;
 
-/// What the pattern alone decides. Indices inside are in the order of elimination.
+/// The analysis of a pattern, independent of values. Indices inside are in the order of elimination.
 struct SymmetricAnalysis {
   /// `pattern`: compressed, both triangles stored, the whole diagonal present.
   explicit SymmetricAnalysis(const SparseMatrix& pattern);
 
   struct Front {
-    int first = 0, width = 0;   ///< columns that are eliminated here
-    int parent = -1;            ///< front that takes what is left over
-    std::vector<int> rows;      ///< rows below them, ascending
-    std::vector<int> children;  ///< fronts whose left-overs are added here
+    int first = 0, width = 0;   ///< columns that are eliminated in this front
+    int parent = -1;            ///< front that receives the Schur complement
+    std::vector<int> rows;      ///< rows below these columns, ascending
+    std::vector<int> children;  ///< fronts whose Schur complements are added here
   };
   struct Entry {
     int row, source;  ///< lower-triangle row; index into the values of `pattern`
@@ -47,9 +47,9 @@ class SymmetricFactor {
   /// `values`: of the matrix, in the order of the pattern's value array.
   SymmetricFactor(std::shared_ptr<const SymmetricAnalysis> analysis, std::span<const Complex> values);
 
-  /// X = A^-1 B, any number of columns.
+  /// Returns X = A^-1 B, for any number of columns.
   ComplexMatrix solve(const ComplexMatrix& b) const;
-  /// The diagonal of D, in the order of elimination: for a real matrix the signs are its inertia.
+  /// Returns the diagonal of D, in the order of elimination: for a real matrix the signs are its inertia.
   const Eigen::VectorXcd& pivots() const { return pivots_; }
 
  private:

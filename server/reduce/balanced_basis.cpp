@@ -13,12 +13,12 @@
 namespace palpate {
 namespace {
 
-// BalanceOptions::residual. Of a touch: a contact moves on before more matters, and every step costs a solve a vertex.
+// BalanceOptions::residual; for touch: a contact moves on before more accuracy matters, and every step costs a solve per vertex.
 constexpr double kGraspAdiResidual = 1e-8, kTouchAdiResidual = 1e-6;
-constexpr double kDiscount_1_s = 5;              // more: stable sooner, and less true of motion that lasts
-constexpr std::size_t kVertexResponsesMax = 96;  // bounds memory: each has 3 N rows; then all are made anew
+constexpr double kDiscount_1_s = 5;              // more: stable sooner, and less accurate for lasting motion
+constexpr std::size_t kVertexResponsesMax = 96;  // bounds memory: each has 3 N rows; when full, all are dropped
 
-/// Responses times exp(-a t): s -> s + a.
+/// Multiplies the responses by exp(-a t): s -> s + a.
 void discount(SecondOrderSystem& y, double a) {
   assert(a > 0);
   const SparseMatrix mass = SparseMatrix(Matrix(y.mass.asDiagonal()).sparseView());
@@ -27,7 +27,7 @@ void discount(SecondOrderSystem& y, double a) {
   y.b_k += a * y.b_d;
 }
 
-/// Adds to the orthonormal columns `v` those of `y`, in order.
+/// Appends the columns of `y` to the orthonormal columns `v`, in order.
 void add_columns(const Matrix& y, Matrix& v) {
   for (Eigen::Index c = 0; c < y.cols() && v.cols() < BalancedBases::kColumns; ++c) {
     Vector next = y.col(c);
@@ -39,11 +39,11 @@ void add_columns(const Matrix& y, Matrix& v) {
   }
 }
 
-/// Y U with the eigenvectors U of Y^T Y, the largest first: the directions of the leading eigenvectors of Y Y^T.
+/// Returns Y U with the eigenvectors U of Y^T Y, the largest first: the leading eigenvectors of Y Y^T, not normalised.
 Matrix leading(const Matrix& y) {
   if (y.cols() == 0) return y;
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(y.transpose() * y);
-  constexpr double kEigenvalueRounding = 1e-13;  // of the largest: sums of products in doubles are right to some 1e-16 of it
+  constexpr double kEigenvalueRounding = 1e-13;  // of the largest: sums of products in doubles are accurate to some 1e-16 of it
   const Eigen::Index usable = (eigen.eigenvalues().array() > kEigenvalueRounding * eigen.eigenvalues().maxCoeff()).count();
   return y * eigen.eigenvectors().rightCols(std::min<Eigen::Index>(usable, BalancedBases::kColumns)).rowwise().reverse();
 }
@@ -52,7 +52,7 @@ Matrix leading(const Matrix& y) {
 
 BalancedBases::Response BalancedBases::respond(SecondOrderSystem system, double residual, Kept& kept) const {
   const Eigen::Index rows = dynamics_->masses().size();
-  if (system.b_k.isZero(0) && system.b_d.isZero(0))  // all that the port moves is held fast
+  if (system.b_k.isZero(0) && system.b_d.isZero(0))  // all nodes that the port moves are fixed
     return {Matrix::Zero(rows, system.ports()), Matrix::Zero(rows, 0)};
   SecondOrderSystem y = mass_scaled(system);
   if (!kept.still) kept.still = DynamicStiffness(y.mass, y.damping, y.stiffness).at(0);

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-/// Grows an M-orthonormal basis a vector at a time.
+/// Builds an M-orthonormal basis, one vector at a time.
 class Orthonormal {
  public:
   Orthonormal(const Vector& masses, int columns) : masses_(masses), v_(masses.size(), columns) {}
@@ -25,7 +25,7 @@ class Orthonormal {
       y.noalias() -= v_.leftCols(count_) * along_;
     }
     const double after = norm(y);
-    constexpr double kKrylovIndependentShare = 1e-5;  // of its length: solves are in single precision, right to 1e-5 at best
+    constexpr double kKrylovIndependentShare = 1e-5;  // of its length: solves are in single precision, accurate to 1e-5 at best
     if (after > kKrylovIndependentShare * before) v_.col(count_++) = y / after;
   }
   Matrix take() const { return v_.leftCols(count_); }
@@ -119,7 +119,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
     basis.add(start.motion);
     moment.push_back(start.motion);
   }
-  constexpr int kMomentsMax = 8;  // a guard: four fill kMaxModes unless they are dependent, each having four directions or more
+  constexpr int kMomentsMax = 8;  // a guard: four fill kMaxModes unless they are dependent, each with at least four directions
   for (int m = 1; m < kMomentsMax && !basis.full(); ++m)
     for (std::size_t begin = 0; begin < moment.size() && !basis.full();) {
       // No more at once than there is room for.
@@ -163,13 +163,13 @@ double softest_stiffness(const Dynamics& dynamics) {
   ShiftedSolver solver(dynamics);
   if (!solver.prepare(at, 0, false)) return 0;
   constexpr int kInverseIterations = 12;      // each divides the quotient's error by (mu_2 / mu_1)^2
-  constexpr double kInverseTolerance = 1e-3;  // of its solves: a few per cent are asked of the quotient, which errs by the square
-  // Any start that is not orthogonal to the lowest mode: how far a node is from the origin, along all axes.
+  constexpr double kInverseTolerance = 1e-3;  // of its solves: the quotient needs a few per cent, and its error is quadratic
+  // Any start that is not orthogonal to the lowest mode: the distances of nodes from the origin, along all axes.
   Vector y = rest.x.array() + 1.0, x = Vector::Zero(y.size());
   for (int k = 0; k < kInverseIterations; ++k) {
     const Vector b = dynamics.masses().cwiseProduct(y);
     if (!solver.solve(at, b, kInverseTolerance, x)) return 0;
-    y = x / x.norm();  // and x is the next first guess: near the end it is right but for its length
+    y = x / x.norm();  // x is also the next first guess: near the end only its length is wrong
   }
   Vector k_y, d_y;
   dynamics.multiply_tangents(rest, y, k_y, d_y);

@@ -13,7 +13,7 @@ struct Shells {
 };
 constexpr Shells kShells[] = {{1, 0}, {0.529, 0.3475}, {0.4506, 0.3964}};  // d = 1: exact; 2, 3: fitted to lattices
 
-/// Nodes in layer j around a node of a half space's face (a half plane's edge, a row's end).
+/// Returns the nodes in layer j around a node of a half space's face (a half plane's edge, a row's end).
 double half_space_nodes(int dimension, int j) { return dimension == 1 ? 1 : dimension == 2 ? 4 * j + 1 : 12 * j * j + 4 * j + 1; }
 
 }  // namespace
@@ -49,7 +49,7 @@ int dimension_of(const LumpedBody& body) {
     const Vec3 direction = (body.nodes[e.b] - body.nodes[e.a]).normalized();
     spread += direction * direction.transpose();
   }
-  constexpr double kExtentRounding = 1e-9;  // of the largest: what parallel elements leave, rounded
+  constexpr double kExtentRounding = 1e-9;  // of the largest: rounding in the spread of parallel elements
   const Vec3 extents = Eigen::SelfAdjointEigenSolver<Mat3>(spread).eigenvalues();
   return static_cast<int>((extents.array() > kExtentRounding * extents[2]).count());
 }

@@ -1,17 +1,17 @@
-// A linearised body, as patches are made of it. Around its state (x*, v*) it moves over coordinates y,
+// A linearised body, the input of patches. Around its state (x*, v*) it moves over coordinates y,
 //
 //     x = x* + T y,     M_y y'' + D_y (y' - v_y) + K_y y = F_y + T^T b(t),     y = 0,  y' = v_y  at first
 //     M_y = T^T M T lumped,   D_y = T^T D T,   K_y = T^T K T,   F_y = T^T F(x*, v*),   v_y = M_y^-1 T^T M v*
 //
-// b [N] what tools push with, D and K the symmetric tangents of F (dynamics.hpp). There are two: the whole body, T = 1 (here),
-// and one that is fine around the tools and coarse elsewhere (refined_body.hpp).
+// b [N] the forces of tools, D and K the symmetric tangents of F (dynamics.hpp). There are two kinds: the whole body, T = 1
+// (here), and one that is fine around the tools and coarse elsewhere (refined_body.hpp).
 //
 // Shapes: N nodes, n coordinates of three numbers each. x, v, F: 3 N [m], [m/s], [N]; y: 3 n [m]; T: 3 N x 3 n; M_y diagonal, 3 n
 // numbers [kg]; D_y, K_y: 3 n x 3 n, symmetric [N s/m], [N/m].
 //
-// K_y is indefinite where a compressed body softens, and so may c_m M + c_d D + c_k K be: `clamp` leaves the softening out.
-// Nothing is held but what the caller says; fixed() is what the scene holds. A basis in these coordinates is of use until
-// generation() changes.
+// K_y is indefinite where a compressed body softens, and so may c_m M + c_d D + c_k K be: `clamp` drops the softening. Nothing is
+// held except by the caller; fixed() are the fixed nodes of the scene. A basis in these coordinates is valid until generation()
+// changes.
 #pragma once
 
 #include <cassert>
@@ -36,11 +36,11 @@ class BodyOperator {
   virtual ~BodyOperator() = default;
 
   virtual const Dynamics& dynamics() const = 0;
-  /// Coordinates for tools at these places of the body at rest and on these nodes.
+  /// Chooses coordinates for tools at these places of the body at rest and on these nodes.
   virtual void focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes) = 0;
-  /// Changes with the coordinates; 0: these are the nodes.
+  /// Number that changes with the coordinates; 0: they are the nodes.
   virtual std::uint64_t generation() const = 0;
-  /// From here on at this state, which must outlive what is asked below.
+  /// Linearises at this state, which must outlive the calls below.
   virtual void take(const BodyState& state) = 0;
   virtual const BodyState& state() const = 0;
 
@@ -49,38 +49,38 @@ class BodyOperator {
   virtual const Vector& velocity() const = 0;                  ///< M_y^-1 T^T M v [m/s]
   virtual Vector forces() const = 0;                           ///< T^T F(x*, v*) [N]
   virtual std::vector<Vector> fading() const = 0;              ///< T^T of Relaxation::pulls [N]
-  /// M_y^-1 T^T M (to - from) of positions of all nodes [m].
+  /// Returns M_y^-1 T^T M (to - from) for positions of all nodes [m].
   virtual Vector displacement(const Vector& from, const Vector& to) const = 0;
-  /// K Y and D Y, nothing held.
+  /// Computes K Y and D Y, with nothing held.
   virtual void multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const = 0;
-  /// (c_k K + c_d D) Y.
+  /// Computes (c_k K + c_d D) Y.
   virtual void multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum) const = 0;
 
-  /// For assemble(): the upper triangle.
+  /// Returns a matrix for assemble(): the upper triangle.
   virtual BlockMatrix make_matrix() const = 0;
-  /// c_m M + c_d D + c_k K, as Dynamics::assemble.
+  /// Assembles c_m M + c_d D + c_k K, as Dynamics::assemble.
   virtual void assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                         BlockMatrix& a) const = 0;
-  /// The same without a BlockMatrix; false where that is not known.
+  /// Assembles the same without a BlockMatrix; returns false if that is not supported.
   virtual bool assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                         UpperBlocks& a) const = 0;
-  /// For iterative solves, or null, and where in it each coordinate is.
+  /// Returns the coarse space for iterative solves, or null; pieces() are the pieces in it of each coordinate.
   virtual CoarseSpace* coarse() = 0;
   virtual std::span<const CoarseSpace::Node> pieces() const = 0;
 
-  /// Of a node; kNone: it has none of its own.
+  /// Returns the coordinate of a node; kNone: it has none of its own.
   virtual std::uint32_t coordinate(std::uint32_t node) const = 0;
-  /// Rows of T V for one node.
+  /// Returns the rows of T V for one node.
   virtual PortRows rows(std::uint32_t node, const Matrix& v) const = 0;
-  /// T V of all nodes.
+  /// Returns T V for all nodes.
   virtual Matrix of_nodes(const Matrix& v) const = 0;
-  /// B of a place on the skin, T^T B.
+  /// Returns T^T B for the B of a point on the skin.
   virtual Skin::Weights restricted(const Skin::Weights& weights) const = 0;
 };
 
 class WholeBody final : public BodyOperator {
  public:
-  /// `dynamics` must outlive it. At no state yet.
+  /// `dynamics` must outlive it. It has no state until take().
   explicit WholeBody(const Dynamics& dynamics) : dynamics_(&dynamics), tangents_(dynamics) {}
   WholeBody(const Dynamics& dynamics, const BodyState& state) : WholeBody(dynamics) { take(state); }
 
@@ -114,7 +114,7 @@ class WholeBody final : public BodyOperator {
   }
   bool assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 UpperBlocks& a) const override;
-  /// None where a body is factorised, nor in the plane. Made when it is first asked for.
+  /// Returns null for a factorised or planar body; the space is created on the first call.
   CoarseSpace* coarse() override;
   std::span<const CoarseSpace::Node> pieces() const override;
   std::uint32_t coordinate(std::uint32_t node) const override { return node; }
@@ -124,7 +124,7 @@ class WholeBody final : public BodyOperator {
   Matrix of_nodes(const Matrix& v) const override { return v; }
   Skin::Weights restricted(const Skin::Weights& weights) const override { return weights; }
 
-  /// Whether P costs next to nothing to factorise: of so few nodes.
+  /// Returns true if P is cheap to factorise, for a small number of nodes.
   static bool factorises(const Dynamics& dynamics);
 
  private:

@@ -1,9 +1,9 @@
-// Some elements of a body, and what they put between the nodes that they have:
+// A subset of a body's elements, and the sums of their tangents between their nodes:
 //
 //     K_ab, D_ab = sum over these elements of their blocks for nodes a and b
 //                  (element_kernel.hpp, tetra_kernel.hpp, hexa_kernel.hpp)
 //
-// for each two nodes that one of them joins, summed before anything coarser is made of it.
+// for each pair of nodes that one of them joins, summed before a coarse grid or reduction is applied.
 #pragma once
 
 #include <array>
@@ -16,20 +16,20 @@
 
 namespace palpate {
 
-/// The nodes of a bunch, and between which of them there is something.
+/// The nodes of a bunch, and the pairs of them that an element joins.
 class BunchLinks {
  public:
-  /// Ascending.
+  /// Nodes, ascending.
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
   struct Link {
-    std::uint32_t a = 0, b = 0;  ///< among nodes(), a <= b
+    std::uint32_t a = 0, b = 0;  ///< index in nodes(), a <= b
   };
   const std::vector<Link>& links() const { return links_; }
 
  protected:
-  /// Of elements that have these nodes, more than once maybe.
+  /// Sets the nodes to those of its elements, which may repeat.
   void take_nodes(std::vector<std::uint32_t> nodes);
-  /// Where a node is among nodes().
+  /// Returns the index of a node in nodes().
   std::uint32_t place(std::uint32_t node) const;
 
   std::vector<std::uint32_t> nodes_;
@@ -38,19 +38,20 @@ class BunchLinks {
 
 class SpringBunch : public BunchLinks {
  public:
-  static constexpr int kNumbers = 6;  ///< of a block, which is symmetric
-  /// Elements whose tangents far from tools are found anew in a frame: more, dearer frames; fewer, older tangents.
+  static constexpr int kNumbers = 6;  ///< per block, which is symmetric
+  /// Elements far from tools whose tangents are renewed in a frame: more: slower frames; fewer: older tangents.
   static constexpr std::size_t kRenewedElementsMax = 6000;
   using Pair = SpringMatrices::Pair;
 
   SpringBunch() = default;
   /// `dynamics` must outlive it.
   SpringBunch(const Dynamics& dynamics, std::span<const std::uint32_t> elements);
-  /// For each link the blocks of K and D with the rows of a and the columns of b; `clamp`: compressed springs do not soften.
+  /// Returns for each link the blocks of K and D with the rows of a and the columns of b; `clamp`: compressed springs do not
+  /// soften.
   std::vector<Pair> sums(const BodyState& state, bool clamp) const;
   static const Pair& transposed(const Pair& pair) { return pair; }
 
-  /// Of all elements on all nodes.
+  /// Forces of all elements on all nodes.
   struct Forces : SpringForces {
     explicit Forces(const Dynamics& dynamics) : SpringForces(dynamics.body()) {}
     const NodeArrays& at(const BodyState& state) { return SpringForces::at(state.x, state.v); }
@@ -58,22 +59,22 @@ class SpringBunch : public BunchLinks {
 
  private:
   struct Spring {
-    std::uint32_t element = 0, a = 0, b = 0;  // ends among nodes(), whose links to themselves come first, in their order
+    std::uint32_t element = 0, a = 0, b = 0;  // ends in nodes(); the links of nodes to themselves come first, in their order
   };
   const LumpedBody* body_ = nullptr;
-  std::vector<Spring> springs_;  // their links after those, in their order
+  std::vector<Spring> springs_;  // their links follow, in this order
 };
 
 class SolidBunch : public BunchLinks {
  public:
-  static constexpr int kNumbers = 9;                        ///< of a block
-  static constexpr std::size_t kRenewedElementsMax = 1500;  ///< as of springs; an element costs more
+  static constexpr int kNumbers = 9;                        ///< per block
+  static constexpr std::size_t kRenewedElementsMax = 1500;  ///< as for springs; an element costs more
   using Pair = SolidMatrices::Pair;
 
   SolidBunch() = default;
   /// `dynamics` must outlive it.
   SolidBunch(const Dynamics& dynamics, std::span<const std::uint32_t> elements);
-  /// As of springs; see TetraTangent for `clamp`.
+  /// Returns the sums as for springs; see TetraTangent for `clamp`.
   std::vector<Pair> sums(const BodyState& state, bool clamp) const;
   static Pair transposed(const Pair& pair);
 
@@ -97,8 +98,8 @@ class SolidBunch : public BunchLinks {
   const Dynamics* dynamics_ = nullptr;
   std::vector<Tetrahedra::Batch> tetrahedra_;
   std::vector<Hexahedra::Batch> hexahedra_;
-  // Of an element, for its pairs of nodes (pair_index): twice the link, and one more where that is the other way round. In the
-  // order of the batches.
+  // For each pair of nodes of an element (pair_index): twice the link, plus one if the link is reversed. In the order of the
+  // batches.
   std::vector<std::uint32_t> targets_;
 };
 

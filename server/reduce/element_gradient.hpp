@@ -1,6 +1,6 @@
-// A finite element of a body as its law sees it, tetrahedron, triangle or hexahedron: by one gradient F(y) = sum_i y_i b_i^T over
-// its nodes, of any field y on the nodes; b_i [1/m] the gradients of its shape functions at rest, of a hexahedron in the mean
-// (tetra_kernel.hpp, hexa_kernel.hpp). They sum to nothing.
+// A finite element of a body as its law uses it, tetrahedron, triangle or hexahedron: one gradient F(y) = sum_i y_i b_i^T over
+// its nodes, for any nodal field y; b_i [1/m] the gradients of its shape functions at rest, averaged over a hexahedron
+// (tetra_kernel.hpp, hexa_kernel.hpp). The b_i sum to zero.
 #pragma once
 
 #include <span>
@@ -15,9 +15,9 @@ struct ElementGradient {
   double volume_m3;
   std::uint32_t material;
 };
-/// The e-th of a body, which has elements_of() (local_body.hpp).
+/// Returns element e of a body, which has elements_of() (local_body.hpp).
 ElementGradient element_gradient(const Dynamics& dynamics, std::uint32_t e);
-/// F of y, 3 N.
+/// Returns F of the nodal field y, 3 N.
 Mat3 mean_gradient(const Dynamics& dynamics, std::uint32_t e, const Eigen::Ref<const Vector>& y);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ namespace {
 
 using Index3 = std::array<int, 3>;
 
-/// A grid over a box, as many cells along each axis as fit without being smaller than an edge.
+/// A grid over a box, with as many cells along each axis as fit without being smaller than an edge.
 struct Grid {
   Vec3 origin = Vec3::Zero(), edge = Vec3::Ones();
   Index3 count{1, 1, 1};
@@ -45,7 +45,7 @@ std::size_t occupied(const LumpedBody& body, const Grid& grid) {
   return cells.size();
 }
 
-/// The smallest cells that are no more than so many.
+/// Returns the grid with the smallest cells of which at most `most` have nodes.
 Grid grid_for(const LumpedBody& body, std::size_t most) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : body.nodes) box.extend(x);
@@ -84,7 +84,7 @@ void FarField::divide() {
     shapes_.push_back(shape_in(i, cell_of_[i]));
     cells_[cell_of_[i]].masses += body.masses_kg[i] * shape(i);
   }
-  // For each octant of a cell the node that is furthest out there.
+  // Finds for each octant of a cell the outermost node in it.
   for (Cell& cell : cells_)
     for (std::size_t k = 0; k < kCorners; ++k) {
       const Vec3 out(k & 1 ? 1 : -1, k >> 1 & 1 ? 1 : -1, k >> 2 ? 1 : -1);
@@ -98,7 +98,7 @@ std::uint32_t FarField::home(std::span<const std::uint32_t> nodes) const {
   assert(!nodes.empty());
   Vec3 middle = Vec3::Zero();
   for (const std::uint32_t i : nodes) middle += dynamics_->body().nodes[i] / static_cast<double>(nodes.size());
-  constexpr double kDistanceRounding = 1e-9;  // of an edge: as far out within it, and the first of them is home
+  constexpr double kDistanceRounding = 1e-9;  // of an edge: distances within it are equal, and the first cell is home
   std::uint32_t home = cell_of_[nodes.front()];
   double least = std::numeric_limits<double>::infinity();
   for (const std::uint32_t i : nodes) {

@@ -1,14 +1,15 @@
-// K and D of what is far from all tools, over the corners of the cells of far_field.hpp. With N the shapes of the nodes of
-// element e in its home cell (FarField::home(); N is continued beyond the cell), k_e and d_e its tangents, a cell's matrices are
+// K and D of the part of a body far from all tools, over the corners of the cells of far_field.hpp. With N the shape functions of
+// the nodes of element e in its home cell (FarField::home(); N is extrapolated beyond it), k_e and d_e its tangents, a cell's
+// matrices are
 //
 //     K_c = sum_e N^T k_e N,     D_c = sum_e N^T d_e N,     over the elements at home in c between nodes of far cells
 //
 // Shapes: N 3 n_e x 24 for an element of n_e nodes; K_c, D_c 24 x 24 [N/m], [N s/m], kept as the 36 pairs of corners p <= q.
 //
-// They are kept: far from a tool the tangents change little from frame to frame, so only the cells that were bent or turned most
-// since theirs were made get new ones, until those have Bunch::kRenewedElementsMax elements. Where more of the body moves at once
-// than that, the rest have old ones for some frames. They are kept in parts, by the other cells that the elements end in: what is
-// near can change without any of them being made again.
+// They are kept: far from a tool the tangents change little from frame to frame, so only the cells with the largest distortion
+// since theirs were computed are renewed, up to Bunch::kRenewedElementsMax elements per frame. If more of the body moves at once,
+// the others have outdated tangents for some frames. They are stored in parts, by the other cells that the elements reach: the
+// near cells can change without computing any of them again.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +30,7 @@ inline constexpr std::size_t kCornerPairs = FarField::kCorners * (FarField::kCor
 template <int kNumbers>
 using CornerTangent = std::array<typename TangentMatrices<kNumbers>::Pair, kCornerPairs>;
 
-/// to += N^T A N over the corners of a cell, A being the sums of a bunch and N the shapes of its nodes there.
+/// Adds N^T A N over the corners of a cell, A being the sums of a bunch and N the shape functions of its nodes there.
 template <class Bunch>
 void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> sums, std::span<const FarField::Shape> shapes,
                       CornerTangent<Bunch::kNumbers>& to) {
@@ -55,18 +56,18 @@ void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> 
 template <class Bunch>
 class FarTangents {
  public:
-  /// distortion() since then, up to which they are kept: tangents that are always new gain under 0.3 dB (docs/notebook.md, 14).
+  /// distortion() up to which tangents are kept: always renewing them gains less than 0.3 dB (docs/notebook/0014).
   static constexpr double kKeptDistortionMax = 2e-3;
   using Tangent = CornerTangent<Bunch::kNumbers>;
 
-  /// At the body's rest; `field` must outlive it.
+  /// Linearised at the body's rest state; `field` must outlive it.
   FarTangents(const Dynamics& dynamics, const FarField& field) : dynamics_(&dynamics), field_(&field), cells_(field.cells()) {
     assign();
     const BodyState rest = dynamics.rest_state();
     for (std::uint32_t c = 0; c < cells_.size(); ++c) renew(c, rest);
   }
 
-  /// The elements that have a node in such a cell (1 = one of them), ascending.
+  /// Returns the elements with a node in one of these cells (1 = selected), ascending.
   std::vector<std::uint32_t> elements_at(const std::vector<std::uint8_t>& cells) const {
     std::vector<std::uint32_t> found;
     for (std::uint32_t c = 0; c < cells_.size(); ++c)
@@ -76,29 +77,29 @@ class FarTangents {
     return found;
   }
 
-  /// For the elements between nodes of far cells, `near` the others (1 = near, per cell), new ones where the body was bent most.
+  /// Sums the elements between nodes of far cells (`near`: 1 = near, per cell), and renews those with the largest distortion.
   void take(const BodyState& state, const std::vector<std::uint8_t>& near);
   const Tangent& tangent(std::uint32_t cell) const { return cells_[cell].tangent; }
 
  private:
-  /// Elements of a cell that end in the same others.
+  /// Elements of a cell that reach the same other cells.
   struct Part {
     std::vector<std::uint32_t> others;
     std::vector<std::uint32_t> elements;
     Bunch bunch;
-    std::vector<FarField::Shape> shapes;  // of its nodes
+    std::vector<FarField::Shape> shapes;  // for its nodes
     Tangent tangent;
-    bool is_far = false;  // then
+    bool is_far = false;  // when it was last summed
     bool ends_in(const std::vector<std::uint8_t>& cells) const {
       return std::any_of(others.begin(), others.end(), [&](std::uint32_t c) { return cells[c] != 0; });
     }
   };
   struct Cell {
     std::vector<Part> parts;
-    std::size_t elements = 0;  // of all parts
+    std::size_t elements = 0;  // over all parts
     FarField::Samples then{};
-    Tangent tangent;         // of the parts that end in far cells
-    bool is_summed = false;  // since they were made
+    Tangent tangent;         // over the parts that reach only far cells
+    bool is_summed = false;  // since they were computed
   };
   void assign();
   void renew(std::uint32_t cell, const BodyState& state);
@@ -150,7 +151,7 @@ void FarTangents<Bunch>::renew(std::uint32_t c, const BodyState& state) {
   }
 }
 
-/// Of the parts of a far cell that are between far cells.
+/// Sums the parts of a far cell that lie between far cells.
 template <class Bunch>
 void FarTangents<Bunch>::add_up(Cell& cell, const std::vector<std::uint8_t>& near) {
   const auto same = [&](const Part& part) { return part.is_far == !part.ends_in(near); };

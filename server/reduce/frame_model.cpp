@@ -8,12 +8,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kSlidesLooser = 2.5;  // SolveColumn::looser: what a tool may slide to is less certain than what it does
+constexpr double kSlidesLooser = 2.5;  // SolveColumn::looser: slides are less certain than the present loads
 
 }  // namespace
 
 double shift_for(Micros horizon) {
-  // Horizons of 0.4 s and more count as that, 33 ms and less as that. From 5 to 40 it hardly matters (docs/decisions/0010).
+  // Horizons are clamped to 33 ms ... 0.4 s. Shifts from 5 to 40 hardly differ (docs/decisions/0010).
   constexpr double kShiftLeast_1_s = 5, kShiftMost_1_s = 60;
   return std::clamp(2.0 / std::max(seconds(horizon), 1e-3), kShiftLeast_1_s, kShiftMost_1_s);
 }
@@ -127,10 +127,10 @@ void FrameModel::record_history() {
     past_.push_back(std::move(*now_));
     now_.reset();
   }
-  if (!past_.empty() && past_.back().time_s > state_->time_s) past_.clear();  // the room began anew
+  if (!past_.empty() && past_.back().time_s > state_->time_s) past_.clear();  // the room started anew
 }
 
-/// What is held, and of a locally refined body what its coordinates are: once all ports are where they are for this frame.
+/// Determines the held nodes, and the coordinates of a locally refined body, once all ports have their points for this frame.
 void FrameModel::settle() {
   if (settled_) return;
   settled_ = true;
@@ -254,7 +254,7 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
   const auto known =
       std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.in_use && s.shift == shift && s.clamp == clamp; });
   if (known != slots_.end()) return known->definite ? known->system.get() : nullptr;
-  // Any slot of an earlier frame will do; one with a shift near this one has better first guesses.
+  // Any slot of an earlier frame can be reused; one with a similar shift has better first guesses.
   Slot* best = nullptr;
   for (Slot& slot : slots_)
     if (!slot.in_use && (!best || std::abs(slot.shift - shift) < std::abs(best->shift - shift))) best = &slot;
@@ -280,7 +280,7 @@ Mat3 FrameModel::contact_stiffness(std::size_t k, const PortResponse& response) 
   const Vec3 n = normal_at(skin_->view(), positions(), port.point);
   const double push = -port.lambda.dot(n);
   const double across = (port.lambda + push * n).norm();
-  constexpr double kSlippingShare = 0.99;  // of the cone: a force that slips is on it but for rounding and its solves
+  constexpr double kSlippingShare = 0.99;  // of the cone: a slipping force is on it up to rounding and solver tolerance
   const bool slips = across >= kSlippingShare * port.parameters.friction * push;
   return slips ? Mat3(k_o * n * n.transpose()) : Mat3(k_o * Mat3::Identity());
 }
@@ -339,8 +339,8 @@ bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
   return definite;
 }
 
-/// Of B_a^T X_b to the geometric mean of the two compliances: 0 where neither tool moves the body under the other, 1 at one
-/// place.
+/// Returns B_a^T X_b relative to the geometric mean of the two compliances: 0 if neither tool moves the body under the other, 1
+/// if they are at one place.
 double FrameModel::coupling(const SharedSystem& p, std::size_t a, std::size_t b) const {
   Mat3 across;
   for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(p.port(a).b, p.port(b).response[static_cast<std::size_t>(axis)]);

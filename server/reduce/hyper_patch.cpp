@@ -11,15 +11,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kStiffnessShareLeast = 1e-8;  // of the largest stiffness, where a mode has lost its own: bounds its unit
-constexpr double kPsdChangeRounding = 1e-9;    // of the largest stiffness: a change that small is rounding
-constexpr double kBrakingPerStepMax = 3;       // largest eigenvalue of D times a step; measured (docs/notebook.md, 20)
+constexpr double kStiffnessShareLeast = 1e-8;  // of the largest, for a mode without its own stiffness: bounds its unit
+constexpr double kPsdChangeRounding = 1e-9;    // of the largest stiffness: a smaller change is rounding
+constexpr double kBrakingPerStepMax = 3;       // largest eigenvalue of D times a step; measured (docs/notebook/0020)
 
 bool is_projected(const Patch& patch, const HyperModel& model) {
   return model.psd_change.cwiseAbs().maxCoeff() > kPsdChangeRounding * patch.stiffness.maxCoeff();
 }
 
-/// Coefficients of u^T psd_change u / 2.
+/// Returns the coefficients of u^T psd_change u / 2.
 Eigen::VectorXf repair(const Matrix& psd_change) {
   Eigen::VectorXf e2(pairs_of(static_cast<int>(psd_change.cols())));
   for (int j = 0; j < psd_change.cols(); ++j)
@@ -27,7 +27,7 @@ Eigen::VectorXf repair(const Matrix& psd_change) {
   return e2;
 }
 
-/// Of each variable alone, > 0.
+/// Returns the stiffness of each single variable, > 0.
 Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   Vector stiffness = joint_stiffness(patch, patch.stiffness).diagonal();
   stiffness.tail(patch.stiffness.size()) =
@@ -36,7 +36,8 @@ Vector stiffness_of(const Patch& patch, Eigen::Index first) {
   return stiffness;
 }
 
-/// Of forces on the variables of a grasp, the one that holds the tool where the modes have followed: F = f_p + B_k^T K^-1 f_q.
+/// Maps forces on the variables of a grasp to the force that holds the tool once the modes have followed: F = f_p + B_k^T K^-1
+/// f_q.
 Matrix held_tool(const Patch& patch, const Vector& stiffness) {
   assert(stiffness.size() == patch.modes() + 3 && stiffness.minCoeff() > 0);
   Matrix at_port(stiffness.size(), 3);
@@ -44,13 +45,13 @@ Matrix held_tool(const Patch& patch, const Vector& stiffness) {
   return at_port;
 }
 
-/// Whether a mode is braked away within a third of a step of the player.
+/// Returns true if a mode decays within a third of a step of the player.
 bool braked_fast(const Patch& patch, int steps) {
   const double fastest = Eigen::SelfAdjointEigenSolver<Matrix>(patch.damping, Eigen::EigenvaluesOnly).eigenvalues().tail<1>()[0];
   return fastest > kBrakingPerStepMax * kHapticRateHz * steps;
 }
 
-/// How the body moves with the variables of the patch, 3 N x n.
+/// Returns the motion of the body with the variables of the patch, 3 N x n.
 Matrix moved_by_variables(const HyperModel& model) {
   Matrix moved(model.modes.rows(), model.port.cols() + model.modes.cols());
   moved << model.port, model.modes;

@@ -9,12 +9,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kRolloutSteps = 30;   // of tau; the trapezoid's error then is below that of the candidates
-constexpr double kPushedM = 0.007;  // as a hand presses; 3 to 15 mm give the same within a decibel
-constexpr Eigen::Index kPort = 3;   // columns of pushes along each axis
+constexpr int kRolloutSteps = 30;   // per tau; the error of the trapezoidal rule is then below that of the candidates
+constexpr double kPushedM = 0.007;  // a typical press of a hand; 3 to 15 mm give the same within a decibel
+constexpr Eigen::Index kPort = 3;   // pushes along each axis
 constexpr Eigen::Index kFirstStep = 1, kFirstRamp = kFirstStep + kPort, kFirstSlide = kFirstRamp + kPort;
 
-/// Trajectories side by side, a column each, under loads that are constant or grow.
+/// Trajectories side by side, one per column, under constant or growing loads.
 class Trajectories {
  public:
   Trajectories(const Matrix& k, const Matrix& d, const RolloutLoads& loads, double tau_s)
@@ -46,18 +46,18 @@ class Trajectories {
   Eigen::LLT<Matrix> factor_;
 };
 
-/// What each trajectory counts: pushes as far as kPushedM, the others as they are.
+/// Returns the scale of each trajectory: pushes are scaled to kPushedM, the others are kept.
 Vector scales(const Matrix& end, const RolloutLoads& loads) {
   Vector scale = Vector::Ones(end.cols());
   for (Eigen::Index axis = 0; axis < kPort; ++axis)
     for (const Eigen::Index first : {kFirstStep, kFirstRamp}) {
       const double moved_m = loads.port.col(axis).dot(end.col(first + axis));
-      scale[first + axis] = moved_m > 0 ? kPushedM / moved_m : 0;  // 0 where the body is fixed
+      scale[first + axis] = moved_m > 0 ? kPushedM / moved_m : 0;  // 0 if the body is fixed
     }
   return scale;
 }
 
-/// Mean of q q^T over all steps.
+/// Returns the mean of q q^T over all steps.
 Matrix covariance(const Matrix& k, const Matrix& d, const RolloutLoads& loads, double tau_s) {
   Trajectories all(k, d, loads, tau_s);
   std::vector<Matrix> states;

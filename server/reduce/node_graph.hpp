@@ -1,5 +1,5 @@
-// The graph of a body: nodes are joined where an edge of an element runs between them. d(i), the fewest edges from node i to the
-// nearest of some others, by a breadth-first search: O(nodes + edges).
+// The graph of a body: nodes are joined if an edge of an element runs between them. d(i) is the number of edges from node i to
+// the nearest of some others, by breadth-first search: O(nodes + edges).
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@ namespace palpate {
 
 class NodeGraph {
  public:
-  static constexpr int kUnreached = std::numeric_limits<int>::max();  ///< d where no way leads, or none that is short enough
+  static constexpr int kUnreached = std::numeric_limits<int>::max();  ///< d without a path, or without one that is short enough
 
   explicit NodeGraph(const LumpedBody& body);
 
   const std::vector<std::uint32_t>& neighbours(std::uint32_t node) const { return neighbours_[node]; }
-  /// d of every node to the nearest of `from`, as far as `most`.
+  /// Returns d of every node to the nearest of `from`, up to `most`.
   std::vector<int> distances(std::vector<std::uint32_t> from, int most = kUnreached) const;
 
  private:

@@ -12,16 +12,16 @@
 namespace palpate {
 namespace {
 
-/// The shapes, those of a node one after the other.
+/// The shapes, node by node.
 using ShapeRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-/// The same where two digits are enough.
+/// The same in single precision, for estimates.
 using RoughShapes = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// k |delta|^3 / rho of each spring.
+/// Returns k |delta|^3 / rho of each spring.
 std::vector<double> spring_weights(const LumpedBody& body, const BodyState& state, const RoughShapes& shapes) {
   std::vector<double> weights;
   weights.reserve(body.elements.size());
-  const Eigen::Index numbers = 3 * shapes.cols();  // of a node
+  const Eigen::Index numbers = 3 * shapes.cols();  // per node
   const auto of_node = [&](std::uint32_t node) {
     return Eigen::Map<const Eigen::VectorXf>(shapes.data() + numbers * static_cast<Eigen::Index>(node), numbers);
   };
@@ -34,16 +34,16 @@ std::vector<double> spring_weights(const LumpedBody& body, const BodyState& stat
   return weights;
 }
 
-/// V mu_L |dF|^3 of each finite element.
+/// Returns V mu_L |dF|^3 of each finite element.
 std::vector<double> solid_weights(const Dynamics& dynamics, const ShapeRows& shapes) {
   using NodeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxVariables>;
   std::vector<double> weights;
   for (std::uint32_t e = 0; e < elements_of(dynamics.body()); ++e) {
     const ElementGradient element = element_gradient(dynamics, e);
     const auto rows = [&](std::size_t i) { return shapes.middleRows<3>(3 * static_cast<Eigen::Index>(element.nodes[i])); };
-    std::array<NodeRows, 3> columns;  // of dF, for every shape
+    std::array<NodeRows, 3> columns;  // per shape: the columns of dF
     for (NodeRows& column : columns) column = NodeRows::Zero(3, shapes.cols());
-    for (std::size_t i = 1; i < element.nodes.size(); ++i) {  // the b_i sum to nothing
+    for (std::size_t i = 1; i < element.nodes.size(); ++i) {  // the b_i sum to zero
       const NodeRows way = rows(i) - rows(0);
       for (std::size_t c = 0; c < 3; ++c)
         columns[c] += element.b(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(i)) * way;
@@ -85,15 +85,15 @@ bool has_nonlinear_elements(const LumpedBody& body) {
   });
 }
 
-/// By their weights in bins of a sixteenth of an octave; those are left out whose weights are the smallest and together no more
-/// than `negligible` of all, and of the last bin those for which there is no room.
+/// Sorts by weight in bins of a sixteenth of an octave. Left out are the elements with the smallest weights, with a sum of at
+/// most `negligible` of the total, and of the last bin those for which there is no room.
 std::vector<std::uint32_t> nonlinear_elements(const Dynamics& dynamics, const BodyState& state, const Matrix& columns,
                                               double negligible, std::size_t most) {
   assert(columns.rows() == state.x.size() && negligible >= 0 && negligible < 1);
   const LumpedBody& body = dynamics.body();
   const std::vector<double> weights =
       body.is_solid() ? solid_weights(dynamics, columns) : spring_weights(body, state, columns.cast<float>());
-  // Exponent and first four bits of a positive number: the larger, the larger.
+  // Exponent and first four bits of a positive number: monotonic in it.
   const auto bin_of = [](double weight) { return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 19U; };
   struct Bin {
     double weight = 0;
@@ -141,7 +141,7 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
     const Eigen::Matrix<double, 3, Eigen::Dynamic> across = delta - axis * along;
     for (int j = 0; j < n; ++j)
       for (int i = 0; i <= j; ++i) {
-        // minus the gradient of a (alpha |c|^2 + beta a^2), the bilinear form of it
+        // Minus the gradient of a (alpha |c|^2 + beta a^2), as a bilinear form.
         const Vec3 f =
             (i == j ? 1.0 : 2.0) * ((alpha * across.col(i).dot(across.col(j)) + 3 * beta * along[i] * along[j]) * axis +
                                     alpha * (along[i] * across.col(j) + along[j] * across.col(i)));

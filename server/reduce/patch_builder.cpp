@@ -34,7 +34,7 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
   return std::clamp(states / 2, 1, kMaxModes);
 }
 
-/// False where not all that is near has coordinates of its own.
+/// Holds all nodes far from the seeds. Returns false if some near nodes have no coordinates of their own.
 bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds) {
   const std::vector<int> layer = graph_.distances(seeds, TwoLayer::kLayers);
   std::vector<std::uint8_t> held(held_.size(), 1);
@@ -69,8 +69,8 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   const bool hyper = request.scheme == Scheme::hyper;
   if (hyper && !has_nonlinear_elements(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && dynamics_->body().is_solid()) return fall_back(frame, which, request, Scheme::ring);
-  // What is not definite on fewer coordinates may be on all. A body in the middle of a fold is definite for a hand that is
-  // faster, and its own directions then are worth more than those of a body that cannot fold (docs/notebook.md, 25).
+  // A matrix that is not definite on fewer coordinates may be definite on all. A body in the middle of a fold is definite for a
+  // faster hand, and its own directions then are better than those of a body that cannot fold (docs/notebook/0025).
   constexpr double kFoldShiftFactor = 8;  // measured: 3 then 9, or 4 then 16, give the same within a decibel
   std::vector<SystemVariant> variants{SystemVariant{}};
   if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) variants.push_back({kFoldShiftFactor});
@@ -92,7 +92,7 @@ std::optional<BuiltPatch> PatchBuilder::fall_back(FrameModel& frame, std::size_t
                                                   Scheme scheme) {
   PatchRequest other = request;
   other.scheme = scheme;
-  // More would leave next to nothing of the surface, and no terms bring it.
+  // More would leave next to no surface, and there are no terms that carry the rest.
   if (scheme == Scheme::port && frame.ports()[which].kind == ContactKind::touch)
     other.order = std::min(request.order, kTouchOrder);
   auto built = build(frame, which, other);
@@ -164,19 +164,19 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
   return build_touch(job, model, &p, made);
 }
 
-/// How many modes there are bytes for beside the tools that are contacts.
+/// Returns the number of modes that fit into a datagram with the tools that are contacts.
 int PatchBuilder::modes_beside(const Job& job, const OtherTools& others) const {
   const PatchRequest& request = *job.request;
   int modes = std::min(modes_for(request.scheme, job.port().kind, request.order), request.modes_max);
   if (others.contacts.empty()) return modes;
-  // A triangle where terms bring more, else enough for the tool to move about between frames.
+  // A triangle if terms carry more, else enough for the tool to move about between frames.
   const int least = job.hyper() ? 3 : 6, contacts = static_cast<int>(others.contacts.size());
   const int branches = static_cast<int>(dynamics_->relaxation().branches().size());
   while (modes > 1 && request.vertices_max(modes, others.load_rate.size() > 0, branches, contacts) < least) --modes;
   return modes;
 }
 
-/// V, and what the body is on it.
+/// Computes V, and projects the body onto it.
 bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced) {
   FrameModel& frame = *job.frame;
   const int modes = modes_beside(job, model.others);
@@ -230,7 +230,7 @@ bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& 
                               BuiltPatch& made, Reduced& reduced) const {
   const auto r = basis.cols();
   Patch& patch = made.patch;
-  if (r == 0) {  // a tool where everything is held fast, and a body at rest: nothing moves
+  if (r == 0) {  // all nodes at the tool are fixed, and the body is at rest: nothing moves
     patch.stiffness = patch.g = patch.q_rate = reduced.stiffness = Vector();
     patch.damping = reduced.rotation = Matrix();
     reduced.v = basis;
@@ -259,7 +259,7 @@ bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& 
   return true;
 }
 
-/// On the modes, below a place for the tool's node where it is held.
+/// Adds relaxation on the modes, after the rows of the tool's node if it is held.
 void PatchBuilder::add_fading(const Job& job, const Model& model, const Matrix& v, Patch& patch) const {
   if (model.local) return;  // of springs
   const std::vector<Vector>& fading = job.frame->fading();
@@ -274,7 +274,7 @@ void PatchBuilder::add_fading(const Job& job, const Model& model, const Matrix& 
   }
 }
 
-/// `true_stiffness`: of modes and tool before PSD projection, in the modes of the patch; `vertices` of its surface.
+/// `true_stiffness`: of modes and tool before PSD projection, in the modes of the patch; `vertices`: of its surface.
 void PatchBuilder::add_terms(const Model& model, const Matrix& port, const Matrix& true_stiffness, int vertices,
                              const Reduced& reduced, BuiltPatch& made) const {
   const Linearisation& at = model.at;

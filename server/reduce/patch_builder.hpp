@@ -1,29 +1,30 @@
-// Patches from a body: linearise at a port, reduce, and write down what patch.hpp defines. One call per scheme and station.
+// Builds patches from a body: linearises at a port, reduces, and fills in what patch.hpp defines. One call per scheme and
+// station.
 //
 //   hold, filtered   the force at the stamp
-//   tangent          static stiffness seen at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
+//   tangent          static stiffness at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring             the nodes within TwoLayer::kLayers layers of the contact, all others held still, reduced like `port`
-//   two-layer        those nodes, with outer elements and masses that stand for the rest of the body (two_layer.hpp), reduced
-//                    like `port`; forces and velocities at the stamp are the body's own; `ring` for a body of finite elements,
-//                    and then the patch says so
+//   two-layer        those nodes, with outer elements and masses that represent the rest of the body (two_layer.hpp), reduced
+//                    like `port`; forces and velocities at the stamp are the body's own; for a body of finite elements `ring` is
+//                    built instead, and the patch reports it
 //   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
-//   port             the whole body, modes of a touch chosen from rational Krylov directions at the port (basis.hpp,
-//                    linear_rollouts.hpp); of a grasp the first of them
-//   hyper            the whole body, a basis for what it is likely to do (pod_basis.hpp), and beside the linear patch some of its
-//                    elements (hyper_patch.hpp); `port` where they cannot be had, and then the patch says so
+//   port             the whole body; the modes of a touch are chosen from rational Krylov directions at the port (basis.hpp,
+//                    linear_rollouts.hpp), those of a grasp are the first of them
+//   hyper            the whole body, a basis for its likely motions (pod_basis.hpp), and in addition to the linear patch some of
+//                    its elements (hyper_patch.hpp); if that fails, `port` is built, and the patch reports it
 //
-// All but the first two are one pipeline for both kinds of port: what the body answers the port with under
-// P = s^2 M + s D + K (PortModel), a basis of that, K and D on the basis, and what the port adds. Of a large body all but
-// `two-layer` and `balanced` see what is far from the tools coarser (refined_body.hpp).
+// All but the first two are one pipeline for both kinds of port: the body's responses to the port under P = s^2 M + s D + K
+// (PortModel), a basis of these, K and D on the basis, and the contributions of the port. For a large body all but `two-layer`
+// and `balanced` use a coarser model of the part far from the tools (refined_body.hpp).
 //
-// K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are.
-// A compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model
-// would carry the surface away for as long as the patch lasts, while the body itself is soon caught by its own stiffness. So no
-// mode is taken for softer than the softest of the body at rest: its stiffness is max(|k|, softest), and by how much that differs
-// is reported. What several stations of a room have in common is solved once a frame, and the tools of the others stay on the
-// body while a patch lasts (frame_model.hpp); the basis has no direction of its own for their pushes
+// K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are. A
+// compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model would
+// carry the surface away for as long as the patch lasts, while the body itself is soon stopped by its own stiffness. So each mode
+// is at least as stiff as the softest mode of the body at rest: its stiffness is max(|k|, softest), and the difference is
+// reported. The computations that stations of a room share are done once per frame, and the other stations' tools stay on the
+// body while a patch is in use (frame_model.hpp); the basis has no direction of its own for their forces
 // (docs/decisions/0010-other-tools.md). For a grasp the joint stiffness of modes and tool is then projected onto the positive
-// semi-definite ones (psd_projection.hpp).
+// semi-definite matrices (psd_projection.hpp).
 #pragma once
 
 #include <memory>
@@ -42,23 +43,23 @@ namespace palpate {
 
 struct PatchRequest {
   Scheme scheme = Scheme::port;
-  int order = 0;           ///< states wanted, 0 = default of the scheme
+  int order = 0;           ///< number of states requested, 0 = default of the scheme
   Micros horizon{50'000};  ///< age that the patch will reach
-  /// That the link may make between two patches: valid for twice `horizon` and this.
+  /// Longest silence expected of the link between two patches: the patch is valid for twice `horizon` plus this.
   Micros silence = kSilenceLeast;
-  /// Surface vertices that fit into a datagram beside so many modes, without and with a load_rate, branches that fade, and other
-  /// tools that are contacts.
+  /// Number of surface vertices that fit into a datagram with this number of modes, without or with a load_rate, and with these
+  /// numbers of relaxation branches and of other tools that are contacts.
   int (*vertices_max)(int modes, bool loaded, int branches, int others) = [](int, bool, int, int) { return 12; };
   Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
-  int modes_max = kMaxModes;         ///< that fit into a datagram
+  int modes_max = kMaxModes;         ///< most that fit into a datagram
 };
 
-/// Modes of a patch, in the coordinates that they were found in.
+/// Modes of a patch, in the coordinates in which they were computed.
 class PatchModes {
  public:
   PatchModes() = default;
   PatchModes(Matrix v, const BodyOperator& body) : v_(std::move(v)), body_(&body), generation_(body.generation()) {}
-  /// V, 3 N x r, for all nodes; nothing where the coordinates have changed since.
+  /// Returns V, 3 N x r, for all nodes; empty if the coordinates have changed since.
   Matrix of_nodes() const;
 
  private:
@@ -69,47 +70,47 @@ class PatchModes {
 
 struct BuiltPatch {
   Patch patch;
-  NonlinearTerms terms;  ///< that go with it; no variables: none
-  PatchModes modes;      ///< of scheme `hyper`
-  /// `hyper` was asked for, `port` was built: a law that is not smooth, finite elements of several laws, springs too stiff for
-  /// the player's step; or `two-layer` was, and `ring` was built: the body has finite elements.
+  NonlinearTerms terms;  ///< terms of the patch; no variables: none
+  PatchModes modes;      ///< for scheme `hyper`
+  /// True if `port` was built instead of `hyper` (a law that is not smooth, finite elements of several laws, springs too stiff
+  /// for the player's step), or `ring` instead of `two-layer` (a body of finite elements).
   bool fell_back = false;
-  double psd_change_1_s2 = 0;  ///< most that the stiffness of a mode was changed by
+  double psd_change_1_s2 = 0;  ///< largest change of the stiffness of a mode
   int solver_iterations = 0;
 };
 
 class PatchBuilder {
  public:
-  /// States, two a mode. Measured: 44 of a grasp gain less than 0.2 dB (docs/notebook.md, 15); of a touch what a datagram holds
-  /// beside 12 vertices.
+  /// Default number of states, two per mode. Measured: 44 for a grasp gain less than 0.2 dB (docs/notebook/0015); for a touch
+  /// limited by a datagram with 12 vertices.
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
-  /// Of a grasp all that a datagram holds; of a touch measured: 14 or 16 modes are no truer in the same bytes
-  /// (docs/notebook.md, 23).
+  /// The same for `hyper`: for a grasp all that a datagram holds; for a touch measured: 14 or 16 modes are no more accurate in
+  /// the same bytes (docs/notebook/0023).
   static constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
-  /// Of the Krylov directions that modes of a touch are chosen from. Measured: 24 and 32 are the same within 0.1 dB.
+  /// Number of Krylov directions from which the modes of a touch are chosen. Measured: 24 and 32 are the same within 0.1 dB.
   static constexpr int kCandidates = 16;
-  static constexpr double kFilteredHz = 10;  ///< low-pass of `filtered`: the paper's, its model rate
+  static constexpr double kFilteredHz = 10;  ///< cut-off of `filtered` [Hz]: the paper's, its model rate
 
-  /// `softest_1_s2`: lowest stiffness that a mode may have, softest_stiffness() of the body. `balanced`: off-line bases, shared
-  /// by the builders of a body; without them there is no patch of scheme balanced.
+  /// `softest_1_s2`: lower bound of a mode's stiffness, softest_stiffness() of the body. `balanced`: off-line bases, shared by
+  /// the builders of a body; without them there is no patch of scheme `balanced`.
   PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced = nullptr);
 
-  /// A patch for port `which` of the frame; seq and stamp are left to the caller. Nothing when the port's matrix cannot be
+  /// Builds a patch for port `which` of the frame; the caller sets seq and stamp. Returns none if the port's matrix cannot be
   /// solved.
   std::optional<BuiltPatch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
-  /// For FrameModel::want() of the port that the patch will be for.
+  /// Returns the argument of FrameModel::want() for the port of the patch.
   ExpectedSlide expected_slide(const PatchRequest& request) const;
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
  private:
-  /// Which P directions are solved for with: at so many times the shift of the prediction horizon, and with `clamp` compressed
-  /// elements do not soften it.
+  /// Variant of P with which directions are solved for: at `shift_factor` times the shift of the prediction horizon; with `clamp`
+  /// compressed elements do not soften it.
   struct SystemVariant {
     double shift_factor = 1;
     bool clamp = false;
   };
 
-  /// A patch in the making.
+  /// A patch under construction.
   struct Job {
     FrameModel* frame = nullptr;
     std::size_t which = 0;
@@ -121,28 +122,28 @@ class PatchBuilder {
     bool hyper() const { return request->scheme == Scheme::hyper; }
   };
 
-  /// What is reduced: a body, or some of its nodes.
+  /// The body that is reduced, or some of its nodes.
   struct Model {
     Linearisation at;
-    Vector residual;                   ///< F* of its nodes, with the loads of others' tools, zero where they are held
+    Vector residual;                   ///< F* of its nodes, with the loads of other tools; zero for held nodes
     const LocalBody* local = nullptr;  ///< null: all of the body
-    OtherTools others;                 ///< those whose growing load or springs are in it
+    OtherTools others;                 ///< those whose growing load or springs are included
     PortRows rows(std::uint32_t node, const Matrix& v) const { return local ? local->rows(node, v) : at.body->rows(node, v); }
   };
 
-  /// What it answers the port with, and what directions are made of.
+  /// Responses of the model to the port, and the inputs of its basis.
   struct PortModel {
     double shift_1_s = 0;
     KrylovStart start;
     KrylovSolve solve;
-    std::span<const Vector> push, slide_loads;  ///< B, and B_end lambda_end - B lambda; of a touch of scheme `port`
-    Matrix prescribed;                          ///< how the tool moves its node, 3 N x 3; no columns for touch
-    SnapshotSet snapshots;                      ///< of scheme `hyper`, but for those that all ports have
+    std::span<const Vector> push, slide_loads;  ///< B, and B_end lambda_end - B lambda; for a touch of scheme `port`
+    Matrix prescribed;                          ///< motion of the tool's node with the tool, 3 N x 3; no columns for touch
+    SnapshotSet snapshots;                      ///< for scheme `hyper`, without those that all ports share
     std::optional<Matrix> balanced;             ///< directions of scheme `balanced`
   };
 
   struct Reduced {
-    Matrix v, rotation;  ///< modes, 3 N x r, and how they are made of the basis
+    Matrix v, rotation;  ///< modes, 3 N x r, and their coefficients in the basis
     Vector stiffness;    ///< before PSD projection
     Matrix coordinates;  ///< of snapshots, in the basis
     SnapshotSet snapshots;
@@ -178,10 +179,10 @@ class PatchBuilder {
   NodeGraph graph_;
   double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
-  ShiftedSolver solver_;  // of a grasp: its own node is held
-  SharedSystem ring_;     // of a ring: its far nodes are held
+  ShiftedSolver solver_;  // for a grasp: its own node is held
+  SharedSystem ring_;     // for a ring: its far nodes are held
   BasisMemory memory_, response_memory_;
-  std::unique_ptr<TwoLayer> two_layer_;               // made when it is first asked for
+  std::unique_ptr<TwoLayer> two_layer_;               // created on demand
   std::unique_ptr<StaticIndentations> indentations_;  // likewise
 };
 

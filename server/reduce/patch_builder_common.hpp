@@ -1,14 +1,15 @@
-// What the parts of PatchBuilder share; for its own files.
+// Helpers shared by the source files of PatchBuilder, for these only.
 #pragma once
 
 #include "server/reduce/frame_model.hpp"
 
 namespace palpate {
 
-// Of solves. Measured: a basis from exact ones is no truer (docs/decisions/0003). A static response is the force itself.
+// Tolerances of solves. Measured: a basis from exact solves is no better (docs/decisions/0003). A static response is the force
+// itself.
 inline constexpr double kBasisTolerance = 1e-2, kStaticTolerance = 1e-3;
 
-/// The coarse space is that of a body whose far nodes move: none for a ring.
+/// Returns the frame's linearisation. A ring gets no coarse space, which is that of a body whose far nodes move.
 inline Linearisation linearisation_for(Scheme scheme, FrameModel& frame, const std::vector<std::uint8_t>& held) {
   Linearisation at = frame.linearisation(held);
   if (scheme == Scheme::ring) at.coarse = nullptr;

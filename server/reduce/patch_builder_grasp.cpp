@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// The columns of K and D that belong to the tool's node, what its motion does to all others, and what it does to itself.
+/// The columns of K and D of the tool's node: the effect of its motion on all other nodes, and on itself.
 struct ToolColumns {
   std::vector<Vector> k, d;
   Mat3 k_port, d_port;
@@ -27,7 +27,8 @@ ToolColumns tool_columns(const Linearisation& at, std::uint32_t node) {
   return tool;
 }
 
-/// P^-1 of these into the first of `memory`, which has what they were. After the three of a port come the body's own.
+/// Solves P^-1 of the inputs into the first entries of `memory`, which hold the last results. The three of a port precede the own
+/// loads.
 bool solve_inputs(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& inputs, double tolerance,
                   BasisMemory& memory) {
   if (memory.size() < inputs.size()) memory.resize(inputs.size());
@@ -36,7 +37,7 @@ bool solve_inputs(const Linearisation& at, ShiftedSolver& solver, const std::vec
   return solver.solve(at, columns, tolerance);
 }
 
-/// K_pf K_ff^-1 K_fp
+/// Returns K_pf K_ff^-1 K_fp.
 std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& k_tool,
                              BasisMemory& memory) {
   if (!solve_inputs(at, solver, k_tool, kStaticTolerance, memory)) return std::nullopt;

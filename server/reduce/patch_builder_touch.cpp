@@ -10,14 +10,14 @@
 namespace palpate {
 namespace {
 
-/// How far a contact gets, of how far its tool does: over an edge of the body it rolls further, and the body comes towards it.
-/// Where few vertices travel they are worth more around the tool's way. Measured: docs/notebook.md, 39.
+/// Ratio of the contact's path to the tool's: it rolls further over an edge of the body, and the body comes towards it. Where few
+/// vertices are sent, more of them lie around the tool's path. Measured: docs/notebook/0039.
 constexpr double kContactDistanceRatio = 1.5;
 
-/// Of nodes, that the tool may be from where it was at the stamp: more, and a model is shown further from where it holds.
+/// Largest distance of the tool from its position at the stamp, in node spacings; more: a model is used further from its stamp.
 constexpr double kTrustedSpacings = 6;
 
-/// Of port `which` under P, with the springs of other tools: B^T P^-1 B.
+/// Returns B^T P^-1 B of port `which`, with the springs of other tools in P.
 Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools& others) {
   const SpringCorrection correct(others);
   const PortResponse& own = p.port(which);
@@ -30,8 +30,8 @@ Mat3 port_compliance(const SharedSystem& p, std::size_t which, const OtherTools&
   return symmetric(compliance);
 }
 
-/// The part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, where `rows`
-/// is R: what is too fast to be a mode yields at once. Nothing where the modes have a direction for each axis of the port.
+/// Returns the part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, with
+/// R = `rows`: what is too fast for a mode yields at once. Returns zero if the modes have a direction for each axis of the port.
 Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Patch& patch, double shift) {
   assert(rows.cols() == patch.modes() && shift >= 0);
   Matrix dynamic = shift * patch.damping;
@@ -39,7 +39,7 @@ Mat3 residual_compliance(const Mat3& compliance, const PortRows& rows, const Pat
   return part_above(symmetric(compliance - rows * dynamic.ldlt().solve(Matrix(rows.transpose()))), 0);
 }
 
-/// Whether the directions for a touch have P^-1 M v*.
+/// Returns true if the directions for a touch include P^-1 M v*.
 bool needs_motion(const PatchRequest& request) {
   // Three responses of the port, v*, three of M^-1 B (or one, and two of slides), the residual force.
   constexpr int kModesBeforeMotion = 8;
@@ -49,13 +49,13 @@ bool needs_motion(const PatchRequest& request) {
 
 }  // namespace
 
-/// What the body answers with in this frame, and what other tools do to it.
+/// Computes the responses of the body in this frame, and the effects of other tools.
 bool PatchBuilder::respond(const Job& job, Model& model, SharedSystem& p) {
   FrameModel& frame = *job.frame;
   frame.want(job.which, expected_slide(*job.request));
   if (!frame.respond(p, job.which, {job.request->scheme != Scheme::tangent, needs_motion(*job.request)})) return false;
   std::vector<std::size_t> contacts = frame.neighbours(p, job.which, job.request->horizon);
-  // A model without modes has nothing that a contact could push.
+  // A model without modes has nothing that a contact could move.
   const std::size_t most = job.request->scheme == Scheme::tangent ? 0 : kMaxOtherTools;
   contacts.resize(std::min(contacts.size(), most));
   model.others = frame.others(p, job.which, contacts);
@@ -64,7 +64,7 @@ bool PatchBuilder::respond(const Job& job, Model& model, SharedSystem& p) {
   return true;
 }
 
-/// `p` has responded; none for scheme balanced.
+/// Requires that `p` has responded; it is null for scheme `balanced`.
 bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem* p, BuiltPatch& made) {
   FrameModel& frame = *job.frame;
   const ToolPort& port = job.port();
@@ -101,14 +101,14 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
       *skin_, frame.positions(), [&](std::uint32_t node) { return model.rows(node, v); }, port.point,
       (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon) * job.tool().velocity, vertices,
       with_terms ? kMaxPortVertices : vertices, patch);
-  if (port.touching)  // what yields at once has done so at the stamp
+  if (port.touching)  // the instant part has yielded already at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   if (with_terms) split_surface(first, patch.surface, made.terms);
   return true;
 }
 
-/// The tools that are contacts of the patch, on its modes `v`.
+/// Adds the tools that are contacts of the patch, on its modes `v`.
 void PatchBuilder::add_other_tools(const Job& job, const Model& model, const SharedSystem& p, const Matrix& v,
                                    Patch& patch) const {
   FrameModel& frame = *job.frame;
@@ -136,7 +136,7 @@ ExpectedSlide PatchBuilder::expected_slide(const PatchRequest& request) const {
   return {slides ? seconds(request.horizon) : 0, nonlinear, nonlinear ? request.acceleration : Vec3(Vec3::Zero())};
 }
 
-/// What the directions for a touch start from, the springs of coupled tools in P.
+/// Returns the start of the directions for a touch, with the springs of coupled tools in P.
 PatchBuilder::PortModel PatchBuilder::touch_model(const Job& job, const Model& model, SharedSystem& p) {
   const PortResponse& own = p.port(job.which);
   const SpringCorrection correct(model.others);
@@ -177,7 +177,7 @@ PatchBuilder::PortModel PatchBuilder::touch_model(const Job& job, const Model& m
   return port;
 }
 
-/// Port responses as large as the tool's motion along each axis would make them, and indentations.
+/// Adds port responses scaled to the tool's likely motion along each axis, and indentations.
 void PatchBuilder::add_touch_snapshots(const Job& job, const Model& model, const SharedSystem& p, const Vec3& inwards,
                                        PortModel& port) {
   const double horizon_s = seconds(job.request->horizon);
@@ -186,7 +186,7 @@ void PatchBuilder::add_touch_snapshots(const Job& job, const Model& model, const
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Vector& x = port.start.ports[static_cast<std::size_t>(axis)];
     const double moved = gather(own.b, x)[axis];
-    port.snapshots.add(SnapshotKind::port_response, x, moved > 0 ? far[axis] / moved : 1);  // 1 where the body is fixed
+    port.snapshots.add(SnapshotKind::port_response, x, moved > 0 ? far[axis] / moved : 1);  // 1 if the body is fixed
   }
   if (!indentations_) indentations_ = std::make_unique<StaticIndentations>(dynamics_->body());
   const IndentationRequest request{skin_->weights(job.port().point), port.start.ports,

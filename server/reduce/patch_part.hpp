@@ -1,4 +1,4 @@
-// What making the patches of a frame is made of, for those who ask what it costs.
+// Parts of the computation of a frame's patches, for measurements of their cost.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@ namespace palpate {
 
 enum class PatchPart : std::uint8_t {
   linearise,  ///< K and D of the body, and P
-  solve,      ///< with P
+  solve,      ///< solves with P
   basis,      ///< orthonormal directions
-  project,    ///< K and D on them, and the modes of the pair
-  rollouts,   ///< where the body is when hands move on, before nonlinear patches
-  other       ///< where tools stand, the local surface, what is left
+  project,    ///< K and D on them, and the modes of this pair
+  rollouts,   ///< states of the body along predicted hand motions, before nonlinear patches
+  other       ///< positions of tools, the local surface, and the rest
 };
 inline constexpr std::size_t kPatchParts = static_cast<std::size_t>(PatchPart::other) + 1;  ///< `other` is the last
 

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kEnergyRounding = 1e-10;  // of the largest energy: well above doubles' 1e-16, summed over 3 N rows
+constexpr double kEnergyRounding = 1e-10;  // of the largest energy: well above the 1e-16 of doubles, summed over 3 N rows
 
 /// W^T M W, W^T K W and W^T D W.
 struct Grams {
@@ -24,21 +24,21 @@ Grams grams(const Linearisation& at, const Matrix& w) {
   return {w.transpose() * (at.masses().asDiagonal() * w), w.transpose() * k_w, w.transpose() * d_w};
 }
 
-/// Directions and what they are made of: V = W made.
+/// Directions and their coefficients: V = W made.
 struct Directions {
   Matrix v, made;
 };
 
-/// The leading ones of the first columns of W, orthonormal in M.
+/// Returns the leading directions of the first columns of W, orthonormal in M.
 Directions leading(const Vector& masses, const Matrix& w, const Matrix& energy, Eigen::Index most) {
   const Eigen::Index count = energy.cols();
   assert(energy.rows() == count && count <= w.cols() && most > 0);
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(energy);
   const double smallest = std::max(0.0, kEnergyRounding * eigen.eigenvalues().tail<1>()[0]);
   Eigen::Index r = std::min(most, count);
-  while (r > 0 && !(eigen.eigenvalues()[count - r] > smallest)) --r;  // none where nothing moves
-  // Of energy 1 each, which leaves their products of masses well conditioned: between one over the square of the body's highest
-  // frequency and 1/s^2.
+  while (r > 0 && !(eigen.eigenvalues()[count - r] > smallest)) --r;  // none if nothing moves
+  // Scaled to energy 1, their products of masses are well conditioned: between the inverse square of the body's highest frequency
+  // and 1/s^2.
   Directions found;
   found.made = Matrix::Zero(w.cols(), r);
   found.made.topRows(count) = eigen.eigenvectors().rightCols(r).rowwise().reverse() *
@@ -52,7 +52,7 @@ Directions leading(const Vector& masses, const Matrix& w, const Matrix& energy, 
   return found;
 }
 
-/// Column k of W, unless what there is spans it.
+/// Appends column k of W, unless the directions span it already.
 void append(const Vector& masses, const Matrix& w, Eigen::Index k, Directions& to) {
   Vector x = w.col(k), of_columns = Vector::Unit(w.cols(), k);
   const auto length = [&] { return std::sqrt(x.dot(masses.cwiseProduct(x))); };

@@ -17,7 +17,7 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
   const auto corners = surface.triangles[point.triangle];
   vertices.assign(corners.begin(), corners.end());
 
-  // Grow by the triangle nearest to the way of the tool that shares an edge with the piece.
+  // Grow by the triangle nearest to the tool's path that shares an edge with the piece.
   const double length2 = ahead.squaredNorm();
   const auto centroid_distance = [&](std::uint32_t t) {
     const Vec3 d = position_at(surface, x, {t, Vec3::Constant(1.0 / 3)}) - centre;

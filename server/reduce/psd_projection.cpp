@@ -11,7 +11,7 @@ namespace {
 
 using Joint = Eigen::MatrixXd;
 
-/// New modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
+/// Rotates to modes q = U q~ that make `k` diagonal; the port's b_k is already that of `k`.
 Joint turn_modes(Patch& p, const Joint& k) {
   assert(k.rows() == p.modes() && k.cols() == p.modes());
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(k);
@@ -42,7 +42,7 @@ double project_grasp(Patch& patch, double node_mass_kg, Eigen::MatrixXd* rotatio
   if (!joint.allFinite()) return 0;
   assert(joint.isApprox(joint.transpose(), 1e-9));
   const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint);
-  constexpr double kEigenvalueRounding = 1e-12;  // of the largest: the eigensolver is right to some 1e-16 times 19 rows
+  constexpr double kEigenvalueRounding = 1e-12;  // of the largest: the eigensolver is accurate to some 1e-16 times 19 rows
   if (eigen.info() != Eigen::Success || eigen.eigenvalues()[0] >= -kEigenvalueRounding * eigen.eigenvalues()[r + 2]) return 0;
   const Joint projected =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();

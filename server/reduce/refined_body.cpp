@@ -48,9 +48,9 @@ bool RefinedBody::is_close(std::uint32_t cell, std::span<const Vec3> places, dou
 }
 
 void RefinedBody::focus(std::span<const Vec3> places, std::span<const std::uint32_t> nodes) {
-  // Hysteresis, as new coordinates cost a pattern and all first guesses of solves.
-  constexpr double kKeptNearShare = 0.75;        // of kNearSpacings: near cells are kept while all within it are among them
-  constexpr std::size_t kNearCellsRatioMax = 2;  // of near cells to those that would be chosen now; more: dearer patches
+  // Hysteresis, as new coordinates cost a new pattern and all first guesses of solves.
+  constexpr double kKeptNearShare = 0.75;        // of kNearSpacings: near cells are kept while they include all within it
+  constexpr std::size_t kNearCellsRatioMax = 2;  // of near cells to those that would be chosen now; more: slower patches
   std::vector<std::uint8_t> needed(far_.cells(), 0), wanted(far_.cells(), 0);
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     needed[c] = is_close(c, places, kKeptNearShare * kNearSpacings);
@@ -73,7 +73,7 @@ void RefinedBody::number() {
   coordinate_.assign(dynamics_->nodes(), kNone);
   corner_.assign(far_.corners(), kNone);
   rows_ = 0;
-  // Cell by cell: what lies together stays together.
+  // Cell by cell, for locality.
   for (std::uint32_t c = 0; c < far_.cells(); ++c) {
     if (near_[c])
       for (const std::uint32_t i : far_.nodes_of(c)) coordinate_[i] = rows_++;
@@ -97,8 +97,8 @@ void RefinedBody::number() {
       for (std::size_t k = 0; k < FarField::kCorners; ++k)
         at_node(masses_, corner_[far_.corners_of(c)[k]]).array() += far_.masses(c)[static_cast<Eigen::Index>(k)];
   }
-  // A corner that moves nothing: all nodes around it are fixed, or on the other side of their cells.
-  constexpr double kMassRounding = 1e-9;  // of the largest mass: N of nodes on the other side, rounded
+  // A corner without mass moves nothing: all nodes around it are fixed, or on the opposite side of their cells.
+  constexpr double kMassRounding = 1e-9;  // of the largest mass: N of nodes on the opposite side, rounded
   const double most = masses_.maxCoeff();
   for (std::uint32_t row = 0; row < rows_; ++row)
     if (!(masses_[3 * static_cast<Eigen::Index>(row)] > kMassRounding * most)) {

@@ -22,7 +22,7 @@ void RefinedElements<Bunch>::lay_out() {
   for (Near& near : near_) find_places(near);
 }
 
-/// Of the cells that the far ones of these nodes are in, the one with most of them; none where none is far.
+/// Returns the far cell that contains most of these nodes; none if none is far.
 template <class Bunch>
 std::uint32_t RefinedElements<Bunch>::far_home(std::span<const std::uint32_t> nodes) const {
   std::uint32_t home = RefinedBody::kNone;

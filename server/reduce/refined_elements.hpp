@@ -1,19 +1,19 @@
-// K and D of a locally refined body (refined_body.hpp) of springs or of finite elements, from those of its elements:
+// K and D of a locally refined body (refined_body.hpp) of springs or of finite elements, assembled from those of its elements:
 //
 //     K_y = sum_e T_e^T k_e T_e,     D_y = sum_e T_e^T d_e T_e + c M_y
 //
-// k_e, d_e the tangents of element e (element_bunch.hpp), c [1/s] the body's mass-proportional damping (solids alone). T_e is how
-// its nodes move: a near one by itself; the far ones all with the corners q of one cell, by N_q (far_field.hpp). That cell is,
-// where e has a near node, the far cell that has most of its nodes; else its home. So e joins near nodes, and the corners of one
-// cell: with A_ab the sum over the elements of such a cell between nodes a and b (BunchLinks),
+// k_e, d_e the tangents of element e (element_bunch.hpp), c [1/s] the body's mass-proportional damping (solids only). T_e is the
+// motion of its nodes: a near node moves by itself; the far ones all move with the corners q of one cell, by N_q (far_field.hpp).
+// That cell is, if e has a near node, the far cell that has most of its nodes; else its home. So e joins near nodes and the
+// corners of one cell: with A_ab the sum over the elements of such a cell between nodes a and b (BunchLinks),
 //
 //     a, b near:  A_ab to (a, b)      a near, b far:  N_q(b) A_ab to (a, q)      a, b far:  N_p(a) N_q(b) A_ab to (p, q)
 //
-// Shapes: a, b, p, q are coordinates, of three numbers; blocks 3 x 3 [N/m], [N s/m], of the upper triangle.
+// Shapes: a, b, p, q are coordinates of three numbers; blocks 3 x 3 [N/m], [N s/m], of the upper triangle.
 //
-// K_y is not definite where a compressed body softens; `clamp` leaves that out of elements with a near node, not of the others.
-// For far nodes of e in other cells than that one its N is continued beyond it, which is not quite how they move (T). Elements
-// between far nodes have tangents that may be some frames old (far_tangents.hpp).
+// K_y is not definite where a compressed body softens; `clamp` drops the softening of elements with a near node, not of the
+// others. For far nodes of e in other cells its N is extrapolated beyond the cell, which differs slightly from their motion (T).
+// Elements between far nodes may have tangents that are some frames old (far_tangents.hpp).
 #pragma once
 
 #include "server/reduce/far_tangents.hpp"
@@ -44,10 +44,10 @@ class RefinedElements final : public RefinedTangents {
   /// Elements whose nodes are near, or in the same far cell.
   struct Near {
     Bunch bunch;
-    std::uint32_t cell = RefinedBody::kNone;  // none: all are near
-    std::vector<std::uint32_t> rows;          // coordinates of its nodes; none of far ones
-    std::vector<FarField::Shape> shapes;      // in the cell; zero for near ones
-    std::vector<std::uint32_t> places;        // for each link the entry between near nodes, or the border; none between far ones
+    std::uint32_t cell = RefinedBody::kNone;  // kNone: all are near
+    std::vector<std::uint32_t> rows;          // coordinates of its nodes; kNone for far ones
+    std::vector<FarField::Shape> shapes;      // in the cell; zero for near nodes
+    std::vector<std::uint32_t> places;        // per link: the entry between near nodes, or the border; unused for far ones
   };
   std::uint32_t far_home(std::span<const std::uint32_t> nodes) const;
   void take_near();
@@ -55,7 +55,7 @@ class RefinedElements final : public RefinedTangents {
   void add_far(Matrices& to) const;
   void add_near(bool clamp, Matrices& to) const;
   void add_to_corners(std::uint32_t cell, const CornerTangent<Bunch::kNumbers>& tangent, Matrices& to) const;
-  /// A block with the rows of coordinate p and the columns of q.
+  /// Adds a block with the rows of coordinate p and the columns of q.
   static void add(const Pair& pair, std::uint32_t p, std::uint32_t q, std::uint32_t entry, Matrices& to);
 
   const RefinedBody* body_;

@@ -9,10 +9,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleLoads = 0.03;  // of the loads' squares, in those that get no response; more: fewer solves
+constexpr double kNegligibleLoads = 0.03;  // share of the loads' squares without a response; more: fewer solves
 constexpr double kResponsesLooser = 3;     // SolveColumn::looser: less certain than the port responses
 
-/// Which of some loads are not negligible, the smallest first.
+/// Returns the loads that are not negligible, the smallest first.
 std::vector<std::size_t> those_that_matter(const std::vector<Vector>& loads) {
   std::vector<double> squares;
   for (const Vector& b : loads) squares.push_back(b.squaredNorm());
@@ -25,7 +25,7 @@ std::vector<std::size_t> those_that_matter(const std::vector<Vector>& loads) {
   return order;
 }
 
-/// Second-order forces of what acts together.
+/// Returns second-order loads of each pair of motions that act together.
 std::vector<Vector> second_order_loads(const Linearisation& at, std::vector<Vector> acting, double horizon_s) {
   acting.emplace_back(horizon_s * at.velocity());
   assert(at.part);

@@ -1,12 +1,12 @@
-// Snapshots (snapshot_set.hpp) that are responses of the body to second order, with P = s^2 M + s D + K, s about two over the
+// Snapshots (snapshot_set.hpp) from responses of the body to second order, with P = s^2 M + s D + K, s about two over the
 // prediction horizon tau:
 //
 //     P^-1 F*,   s P^-1 M v*     the body's own motion
 //     s P^-1 (2 s M + D) x       the next moment of each port response and slide x
-//     P^-1 F2(b_i, b_j)          where two that act together bend the body: F2 the second-order forces (nonlinear_elements.hpp),
+//     P^-1 F2(b_i, b_j)          the combined effect of two motions: F2 the second-order forces (nonlinear_elements.hpp),
 //                                b of {port responses, slides, tau v*}
 //
-// Loads whose squares are together kNegligibleLoads of all are left out.
+// The smallest loads, with kNegligibleLoads of the sum of squares, are dropped.
 #pragma once
 
 #include "server/reduce/basis.hpp"
@@ -20,8 +20,8 @@ struct ResponseRequest {
   bool second_order = false;  ///< for a body that has_nonlinear_elements()
 };
 
-/// From port responses and slides in `to` and `start`: P^-1 F* and P^-1 M v*. `memory`: warm starts. False when P is not positive
-/// definite.
+/// Adds responses, from port responses and slides in `to` and from `start`: P^-1 F* and P^-1 M v*. `memory`: warm starts. Returns
+/// false if P is found not to be positive definite.
 bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
                    BasisMemory& memory, SnapshotSet& to);
 

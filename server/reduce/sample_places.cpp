@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-/// Orthogonal d_c of one length, right-handed, with b . d_c = -1.
+/// Returns orthogonal d_c of one length, right-handed, with b . d_c = -1.
 Mat3 axes_towards(const Vec3& b) {
   const Vec3 diagonal = Vec3::Constant(-1 / std::sqrt(3.0));
   return std::sqrt(3.0) / b.norm() * Eigen::Quaterniond::FromTwoVectors(diagonal, b).toRotationMatrix();
@@ -47,7 +47,7 @@ void SamplePlaces::take_hexahedra(const BodyState& state, const Matrix& moved, i
   moved_.setZero(3 * static_cast<Eigen::Index>(places), moved.cols());
   at_stamp_.setZero(3 * static_cast<Eigen::Index>(places));
   at_rest_.setZero(3 * static_cast<Eigen::Index>(places));
-  // Where T is, all there is to know of o: places count from it.
+  // Only the motion of T is stored for o: other places are relative to it.
   if (tool >= 0) moved_.middleRows<3>(3 * kHeld) = moved.middleRows<3>(3 * static_cast<Eigen::Index>(tool)).cast<float>();
   take_corners(state, moved, tool);
   axes_.resize(elements_.size());

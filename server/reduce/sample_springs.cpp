@@ -11,11 +11,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleSprings = 1e-5;  // of the nonlinearity, in springs left out: 1e-6 is no better (docs/notebook.md, 27)
-// Slopes that a law which stiffens is followed to, of that at rest; tuned: mass slows steeper ones (docs/notebook.md, 35).
+constexpr double kNegligibleSprings = 1e-5;  // share of the nonlinearity left out: 1e-6 gains nothing (docs/notebook/0027)
+// Bounds of the slope of a stiffening law, relative to rest; tuned: mass slows steeper springs (docs/notebook/0035).
 constexpr double kSlopeLeast = 4, kSlopeMost = 100;
 
-/// Megabytes that would be asked of the system anew for every patch.
+/// Megabytes of work space, reused instead of allocated for every patch.
 struct Workspace {
   AtSamples there, forces;
 };
@@ -33,10 +33,10 @@ constexpr int kLane = 8;  // samples side by side: floats of a 256-bit register
 static_assert(kSamples % kLane == 0);
 using Lane = EightFloats;
 
-/// Of a row of numbers, one each sample.
+/// Eight numbers of a row with one per sample.
 [[gnu::always_inline]] inline Lane& lane(float* row, Eigen::Index first) { return *reinterpret_cast<Lane*>(row + first); }
 
-/// 1 / l and l, of which the square is given.
+/// Computes l and 1 / l from the square of l.
 [[gnu::always_inline]] inline void length_of(const Lane& square, Lane& length, Lane& inverse) {
   alignas(sizeof(Lane)) float numbers[kLane];
   lane(numbers, 0) = square;
@@ -46,10 +46,10 @@ using Lane = EightFloats;
   inverse = 1.0F / length;
 }
 
-/// What a spring pulls with beyond the linear force.
+/// The force of a spring beyond its linear one.
 class NonlinearResidualForce {
  public:
-  /// `d`: from its one end to the other.
+  /// `d`: vector between its ends.
   NonlinearResidualForce(const Element& element, float stiffening, const Eigen::Vector3f& d)
       : d_(d),
         k_(static_cast<float>(element.stiffness_n_m)),
@@ -61,13 +61,13 @@ class NonlinearResidualForce {
     across_ = tension_ / length;
     along_ = k_ * (1 + 3 * stiffening * strain * strain) - across_;
   }
-  /// From how far the ends move apart.
+  /// Replaces the relative displacement of the ends by the force.
   [[gnu::always_inline]] void operator()(Lane& x, Lane& y, Lane& z) const {
     const Lane now_x = x + d_.x(), now_y = y + d_.y(), now_z = z + d_.z();
     Lane square = now_x * now_x, length, inverse;
     add_product(now_y, now_y, square), add_product(now_z, now_z, square);
     length_of(square, length, inverse);
-    Lane pull = k_ - (k_ * rest_) * inverse;  // over the length
+    Lane pull = k_ - (k_ * rest_) * inverse;  // force over length
     if (stiffening_ > 0) {
       const Lane strain = (length - rest_) * (1 / rest_);
       pull *= 1 + stiffening_ * strain * strain;
@@ -95,9 +95,9 @@ class NonlinearResidualForce {
 class CandidateSprings {
  public:
   using Sample = SampledSprings;
-  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook.md, 30, 41); more takes longer.
+  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook/0030, 0041); more take longer.
   static constexpr std::size_t kEvaluatedElementsMax = 5000, kCandidatesMax = 600;
-  static constexpr int kElementNodes = 2, kChosenMax = kMaxSprings;  // its ends; what the wire carries
+  static constexpr int kElementNodes = 2, kChosenMax = kMaxSprings;  // its ends; capacity of the wire
 
   CandidateSprings(const WholeBody& body, const Matrix& moved, const Matrix& u)
       : at_(&body), moved_(moved.cast<float>()), samples_(u.cast<float>()) {
@@ -115,25 +115,25 @@ class CandidateSprings {
     return end == 0 ? e.a : e.b;
   }
   Vec3 place_of(std::uint32_t node) const { return at_node(at_->state().x, node); }
-  /// d
+  /// Returns d.
   Vec3 span(std::uint32_t element) const {
     const Element& e = body().elements[element];
     return place_of(e.b) - place_of(e.a);
   }
-  /// V of a node.
+  /// Returns V of a node.
   auto rows_of(std::uint32_t node) const { return moved_.middleRows<3>(3 * static_cast<Eigen::Index>(node)); }
-  /// G of a spring.
+  /// Returns G of a spring.
   Eigen::Matrix3Xf motion_of(std::uint32_t element) const {
     const Element& e = body().elements[element];
     return rows_of(e.b) - rows_of(e.a);
   }
-  /// G of some springs, 3 rows each.
+  /// Returns G of some springs, 3 rows each.
   Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {
     Eigen::MatrixXf g(3 * static_cast<Eigen::Index>(elements.size()), moved_.cols());
     for (std::size_t k = 0; k < elements.size(); ++k) g.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = motion_of(elements[k]);
     return g;
   }
-  /// With G as given, 3 rows a spring.
+  /// Returns the forces of springs with given G, 3 rows each.
   ElementForces forces_of(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
     assert(motions.rows() == 3 * static_cast<Eigen::Index>(elements.size()) && motions.cols() == samples_.rows());
     ElementForces b{std::vector<Rows>(3), std::vector<AtSamples>(3)};
@@ -157,7 +157,7 @@ class CandidateSprings {
     }
     return b;
   }
-  /// What all springs together add to the forces on nodes, as forces on the variables, n x samples; and of each |r| |G|.
+  /// Returns the nonlinear forces of all springs on the nodes, as forces on the variables, n x samples; `parts`: |r| |G| of each.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
     AtSamples &there = workspace().there, &forces = workspace().forces;
     there.noalias() = moved_ * samples_;
@@ -187,7 +187,7 @@ class CandidateSprings {
     return moved_.transpose() * forces;
   }
 
-  /// The springs themselves, without weights; their nodes' motions as they travel.
+  /// Returns the springs themselves, without weights, with their nodes' motions as sent.
   SampledSprings taken(const std::vector<std::uint32_t>& elements, int tool) const {
     MetNodes met;
     const auto count = static_cast<Eigen::Index>(elements.size());
@@ -209,7 +209,7 @@ class CandidateSprings {
     springs.motion = met.motion(moved_, tool, body().planar ? 2 : 3);
     return springs;
   }
-  /// Those of some springs that have weights, with them.
+  /// Returns the springs that have weights, with these.
   static SampledSprings weighed(SampledSprings springs, const SparseSolution& w) {
     assert(w.weights.size() > 0 && w.weights.minCoeff() > 0);
     const auto of = [&](const Eigen::VectorXf& v) { return Eigen::VectorXf(v(w.columns)); };
@@ -230,8 +230,8 @@ class CandidateSprings {
   std::vector<std::uint32_t> elements_;
 };
 
-/// The steepest slope that each spring comes to, to that at rest, in responses of the body as large as they are likely to become,
-/// either way: samples go further, and what stiffness is reckoned with takes mass (sampled_springs.hpp).
+/// Returns the steepest slope that each spring reaches, relative to rest, in responses of the body as large as they are likely to
+/// become, in both directions. Samples go further, but the assumed stiffness costs mass (sampled_springs.hpp).
 Eigen::ArrayXd steepest_slopes(const SampledSprings& springs, const Matrix& likely, int tool) {
   assert(springs.stiffening > 0 && springs.rest_length.minCoeff() > 0);
   const Eigen::MatrixXf moved = springs.motions(tool) * likely.cast<float>();

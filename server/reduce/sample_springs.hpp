@@ -1,8 +1,8 @@
-// Few springs whose forces stand for those of all of a body: the terms of a patch of a lattice (sampled_springs.hpp).
+// A few springs whose forces represent those of all springs of a body: the terms of a patch of a lattice (sampled_springs.hpp).
 //
-// r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u), f_e = T n, is minus what spring e adds to the linear force on the
-// variables (sampling.hpp, where the sign cancels); candidates are the kCandidatesMax springs with the largest part in the
-// samples.
+// r_e(u) = G_e^T (f_e(d + G_e u) - f_e(d) - K_e G_e u), f_e = T n, is minus the contribution of spring e beyond the linear force
+// on the variables (sampling.hpp, where the sign cancels); candidates are the kCandidatesMax springs with the largest
+// contributions at the samples.
 //
 // Source: see sampled_springs.hpp.
 #pragma once
@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-/// `moved`: how the body moves with each variable, 3 N x n. Nothing where no spring is nonlinear, or one has no length.
+/// `moved`: motion of the body with each variable, 3 N x n. Returns none if no spring is nonlinear, or if one has zero length.
 std::optional<SampledSprings> sample_springs(const WholeBody& body, const Matrix& moved, const Sampling& sampling);
 
 }  // namespace palpate

@@ -10,12 +10,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleTetrahedra = 1e-2;  // of the nonlinearity, in tetrahedra that are left out; less: dearer patches
+constexpr double kNegligibleTetrahedra = 1e-2;  // share of the nonlinearity left out; less: slower patches
 static_assert(kSamples % kTetraLane == 0);
 
 using Nine = Eigen::Matrix<float, 9, kSamples, Eigen::RowMajor>;
 
-/// A matrix from the left.
+/// Multiplies by a matrix from the left.
 TetraLanes turned_by(const Eigen::Matrix3f& r, const TetraLanes& m) {
   TetraLanes t;
   for (std::size_t i = 0; i < 3; ++i)
@@ -31,7 +31,7 @@ struct Stamp {
   Eigen::Matrix3f frame;
 };
 
-/// From dF to V Q, all samples side by side.
+/// Computes V Q from dF, all samples side by side.
 void stresses(const Stamp& stamp, const Nine& df, Nine& q) {
   for (Eigen::Index s = 0; s < kSamples; s += kTetraLane) {
     TetraLanes lanes;
@@ -51,9 +51,9 @@ void stresses(const Stamp& stamp, const Nine& df, Nine& q) {
 class CandidateTetrahedra {
  public:
   using Sample = SampledTetrahedra;
-  // Fewer than of springs: each costs more. More are truer and take longer.
+  // Fewer than for springs, as each costs more. More are more accurate and take longer.
   static constexpr std::size_t kEvaluatedElementsMax = 2000, kCandidatesMax = 200;
-  static constexpr int kElementNodes = 4, kChosenMax = kMaxTetrahedra;  // what the wire carries
+  static constexpr int kElementNodes = 4, kChosenMax = kMaxTetrahedra;  // capacity of the wire
 
   CandidateTetrahedra(const WholeBody& body, const Matrix& moved, const Matrix& u, int tool)
       : materials_(&body.dynamics().body().materials),
@@ -67,7 +67,7 @@ class CandidateTetrahedra {
   }
   const std::vector<std::uint32_t>& elements() const { return places_.elements(); }
   std::size_t nodes() const { return places_.count(); }
-  /// Its b_1, b_2, b_3 are the rows.
+  /// Returns b_1, b_2, b_3 as rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
   TetraRest rest_of(std::uint32_t element) const { return places_.rest(element); }
   Stamp stamp(std::uint32_t element) const {
@@ -81,13 +81,13 @@ class CandidateTetrahedra {
     return stamp;
   }
   const SolidMaterial& material_of(std::uint32_t element) const { return (*materials_)[places_.material(element)]; }
-  /// Times the volume [J].
+  /// Returns the Lame parameters times the volume [J].
   LameParameters lame_of(std::uint32_t element) const {
     const SolidMaterial& m = material_of(element);
     return lame_parameters(m.law, rest_of(element).volume_m3 * m.young_pa, m.poisson);
   }
   std::uint32_t node(std::uint32_t element, int i) const { return places_.place(element, i); }
-  /// H, 9 rows a tetrahedron.
+  /// Returns H of some tetrahedra, 9 rows each.
   Eigen::MatrixXf motions(const std::vector<std::uint32_t>& elements) const {
     const Rows& moved = places_.moved();
     Eigen::MatrixXf h(9 * static_cast<Eigen::Index>(elements.size()), moved.cols());
@@ -100,7 +100,7 @@ class CandidateTetrahedra {
     }
     return h;
   }
-  /// With H as given, 9 rows a tetrahedron.
+  /// Returns the forces of tetrahedra with given H, 9 rows each.
   ElementForces forces_of(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
     ElementForces b{std::vector<Rows>(9), std::vector<AtSamples>(9)};
     const auto count = static_cast<Eigen::Index>(elements.size());
@@ -117,9 +117,10 @@ class CandidateTetrahedra {
     }
     return b;
   }
-  /// What all tetrahedra together add to the forces on nodes, as forces on the variables, n x samples; and of each |V Q| |H|.
+  /// Returns the nonlinear forces of all tetrahedra on the nodes, as forces on the variables, n x samples; `parts`: |V Q| |H| of
+  /// each.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
-    thread_local AtSamples there, forces;  // megabytes that would be asked of the system anew for every patch
+    thread_local AtSamples there, forces;  // reused: megabytes that would be allocated for every patch
     const Rows& moved = places_.moved();
     const std::vector<std::uint32_t>& elements = places_.elements();
     there.noalias() = moved * samples_;
@@ -151,7 +152,7 @@ class CandidateTetrahedra {
     return moved.transpose() * forces;
   }
 
-  /// The tetrahedra themselves, without weights; their nodes' motions as they travel.
+  /// Returns the tetrahedra themselves, without weights, with their nodes' motions as sent.
   SampledTetrahedra taken(const std::vector<std::uint32_t>& elements, int /*tool*/) const {
     MetNodes met;
     const auto count = static_cast<Eigen::Index>(elements.size());
@@ -172,7 +173,7 @@ class CandidateTetrahedra {
     solid.motion = met.motion(places_.moved(), places_.tool(), 3);
     return solid;
   }
-  /// Those of some tetrahedra that have weights, with them.
+  /// Returns the tetrahedra that have weights, with these.
   static SampledTetrahedra weighed(SampledTetrahedra solid, const SparseSolution& w) {
     assert(w.weights.size() > 0 && w.weights.minCoeff() > 0);
     solid.nodes = Eigen::Matrix<int, 4, Eigen::Dynamic>(solid.nodes(Eigen::all, w.columns));

@@ -13,13 +13,13 @@
 namespace palpate {
 namespace {
 
-constexpr int kSampleSums = 32;     // measured: 24 cost the organ 1 to 3 dB (docs/notebook.md, 30)
-constexpr int kLikeliestAlone = 3;  // samples unmixed: axes of a grasp; undeviated rollouts of a touch, or its indentations
+constexpr int kSampleSums = 32;     // measured: 24 cost the organ 1 to 3 dB (docs/notebook/0030)
+constexpr int kLikeliestAlone = 3;  // samples unmixed: axes of a grasp; for a touch undeviated rollouts or its indentations
 
 using AtSums = Eigen::Matrix<float, Eigen::Dynamic, kSampleSums, Eigen::RowMajor>;
 
-/// Sums of samples, orthogonal: some frequencies of a cosine transform of samples with signs drawn by chance. Least squares over
-/// all samples are nearly those over a few such sums (Woodruff, FnTTCS 10 (2014), chapter 2).
+/// Returns weights of orthogonal sums of samples: some frequencies of a cosine transform of samples with random signs. Least
+/// squares over a few such sums approximate those over all samples (Woodruff, FnTTCS 10 (2014), chapter 2).
 Eigen::MatrixXf make_mixing() {
   Random random(2);
   Eigen::MatrixXf mix(kSamples, kSampleSums);
@@ -39,7 +39,7 @@ const Eigen::MatrixXf& mixing() {
   return mix;
 }
 
-/// The part of forces that is felt at the port, in the span of the columns of `at_port` (orthonormal), made to count.
+/// Scales the part of forces in the span of the columns of `at_port` (orthonormal), which acts at the port, by kPortWeight.
 template <typename Forces>
 void weigh_port(const Eigen::MatrixXf& at_port, Forces& forces) {
   if (at_port.cols() > 0) forces += (kPortWeight - 1) * at_port * (at_port.transpose() * forces);
@@ -48,7 +48,7 @@ void weigh_port(const Eigen::MatrixXf& at_port, Forces& forces) {
 }  // namespace
 
 Matrix samples(const Sampling& sampling) {
-  constexpr double kLargeAmplitude = 1.5, kSmallAmplitude = 0.3;  // of what is likely; tuned: others make another patch
+  constexpr double kLargeAmplitude = 1.5, kSmallAmplitude = 0.3;  // of likely sizes; tuned: others make another patch
   const Matrix& likely = sampling.likely;
   assert(likely.cols() > 0);
   Random random(1);
@@ -104,7 +104,7 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
 const Eigen::MatrixXf& Fit::parts(const ElementForces& elements) const {
   assert(!elements.motion.empty() && elements.motion.size() == elements.force.size());
   assert(elements.motion[0].cols() == unit_.size());
-  thread_local Eigen::MatrixXf parts;  // megabytes that would be asked of the system anew for every patch
+  thread_local Eigen::MatrixXf parts;  // reused: megabytes that would be allocated for every patch
   const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
   std::vector<AtSums> mixed;
   for (const AtSamples& force : elements.force) mixed.emplace_back(force * mix_);
@@ -142,7 +142,7 @@ void ByteCosts::with(const std::vector<Eigen::Index>& there) {
 int ByteCosts::new_nodes(Eigen::Index column) const {
   const std::span<const std::uint32_t> nodes = nodes_of(column);
   int fresh = 0;
-  for (auto node = nodes.begin(); node != nodes.end(); ++node)  // triangles have one of them twice
+  for (auto node = nodes.begin(); node != nodes.end(); ++node)  // triangles repeat one of them
     fresh += used_[*node] == 0 && std::find(nodes.begin(), node, *node) == node ? 1 : 0;
   return fresh;
 }

@@ -1,23 +1,23 @@
-// Few elements of a body whose weighted forces stand for those of all (hyper-reduction by energy-conserving sampling and
-// weighting): what is asked of them, and how well they do it, for springs (sample_springs.hpp) and tetrahedra
-// (sample_tetrahedra.hpp).
+// A few elements of a body whose weighted forces represent those of all (hyper-reduction by energy-conserving sampling and
+// weighting): the problem, and the fit, for springs (sample_springs.hpp) and tetrahedra (sample_tetrahedra.hpp).
 //
-// For displacements u_s that are likely to come, with r_e(u) what element e adds to the linear force on the variables, weights
-// w_e >= 0, few of them not zero, are sought for which
+// For likely displacements u_s, with r_e(u) the contribution of element e beyond the linear force on the variables, the fit looks
+// for weights w_e >= 0, few of them not zero, such that
 //
 //     sum_s | sum_e w_e r_e(u_s) - sum_(all e) r_e(u_s) |^2 / g_s^2       is small,
 //     g_s = |sum_(all e) r_e(u_s)| + kLinearForceShare |K u_s|
 //
-// forces in units that make the stiffness of each variable 1, but those at the port are kPortWeight times as large. A greedy
-// non-negative least squares (sparse_nnls.hpp), elements between nodes that travel anyway being cheap: candidates are those
-// with the largest part in the samples, and weights are found once more for the nodes' motions as they travel. As no w_e is
-// negative, what is sent stiffens and buckles as elements do, and stores energy as they do beyond its second order at the stamp.
+// with forces in units that make the stiffness of each variable 1, except that those at the port count kPortWeight times. The
+// method is a greedy non-negative least squares (sparse_nnls.hpp) in which elements between nodes that are sent anyway are cheap:
+// candidates are those with the largest contributions at the samples, and weights are fitted once more to the nodes' motions as
+// sent. As no w_e is negative, the chosen elements stiffen and buckle as the body's do, and store energy as they do beyond its
+// second order at the stamp.
 //
-// Samples are the displacements that a patch's basis was made of: the likeliest alone, doubled and back, and all mixed by chance,
-// the same in every run. Instead of all samples the fit has kSampleSums orthogonal sums of them.
+// Samples are the displacements from which a patch's basis was made: the likeliest alone, once and doubled, with both signs, and
+// random mixtures of all, the same in every run. Instead of all samples the fit uses kSampleSums orthogonal sums of them.
 //
-// Shapes: n variables; u_s, r_e: n; K the diagonal of the stiffness, n numbers. Nothing comes of it where no weight stays
-// positive; where the bytes run out first, the sum above is not small.
+// Shapes: n variables; u_s, r_e: n; K the diagonal of the stiffness, n numbers. There is no result if no weight is positive; if
+// the bytes run out first, the sum above is not small.
 //
 // Source: see common/port/sampled_springs.hpp; sums of samples: Woodruff, FnTTCS 10 (2014), chapter 2.
 #pragma once
@@ -35,44 +35,45 @@
 
 namespace palpate {
 
-inline constexpr double kLinearForceShare = 0.1;  ///< an error that small beside the linear force is felt by nobody
-inline constexpr int kSamples = 72;               ///< measured: more take longer than they gain (docs/notebook.md, 23)
-inline constexpr float kPortWeight = 4;    ///< of grasped solids; measured: 1 is 1.3 dB less true, 8 0.2 (docs/notebook.md, 43)
-inline constexpr float kFitError = 3e-3F;  ///< that is close enough, of |t|: a third of it gains nothing (docs/notebook.md, 40)
+inline constexpr double kLinearForceShare = 0.1;  ///< smaller errors relative to the linear force are imperceptible
+inline constexpr int kSamples = 72;               ///< measured: more take longer than they gain (docs/notebook/0023)
+inline constexpr float kPortWeight = 4;    ///< for grasped solids; measured: 1 costs 1.3 dB, 8 costs 0.2 (docs/notebook/0043)
+inline constexpr float kFitError = 3e-3F;  ///< tolerance relative to |t|: a third of it gains nothing (docs/notebook/0040)
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;
 
 struct Sampling {
-  Matrix likely;  ///< u of displacements of the body, each as large as it is likely to become, a column each
-  std::vector<Eigen::Index> likeliest;  ///< of these: the first three are samples by themselves as well
+  Matrix likely;                        ///< u of likely displacements of the body, each in its likely size, one per column
+  std::vector<Eigen::Index> likeliest;  ///< of these columns: the first three are also samples by themselves
   Vector stiffness;                     ///< of each variable, > 0
   Matrix at_port;                       ///< forces f on the variables are at_port^T f at the port; may have no columns
-  TermsBudget budget;                   ///< that elements have
-  int tool = -1;                        ///< the node that a tool holds; the first three variables are how it moves
+  TermsBudget budget;                   ///< bytes available to elements
+  int tool = -1;                        ///< the node that a tool holds; the first three variables are its motion
 };
 
-/// u_s, a column each.
+/// Returns u_s, one per column.
 Matrix samples(const Sampling& sampling);
-/// |G u_s| over all samples is |G L|, L L^T = sum u_s u_s^T: L, of fewer columns.
+/// Returns L with fewer columns than u such that |G u_s| over all samples is |G L|: L L^T = sum u_s u_s^T.
 Matrix root_of(const Matrix& u);
 
-/// The candidates: those with the largest parts, at most `most`.
+/// Returns the candidates: the elements with the largest contributions, at most `most`.
 std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most);
 
-/// What elements add to the linear force at the samples, numbers of an element one after the other: a row each element.
+/// Contributions of elements beyond the linear force at the samples, one matrix for each number of an element, one row per
+/// element.
 struct ElementForces {
   std::vector<Rows> motion;      ///< of each number with the variables, elements x n
-  std::vector<AtSamples> force;  ///< with which it resists
+  std::vector<AtSamples> force;  ///< nonlinear force of each number at the samples
 };
 
-/// Forces on the variables at sums of samples, in units in which every sample counts alike.
+/// Forces on the variables at sums of samples, in units in which every sample counts equally.
 class Fit {
  public:
-  /// `all`: of all elements together, n x samples.
+  /// `all`: forces of all elements together, n x samples.
   Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling);
   const Eigen::VectorXf& all() const { return all_; }
-  /// Of each element, a column each; until they are asked for again.
+  /// Returns the forces of each element, one per column; valid until the next call.
   const Eigen::MatrixXf& parts(const ElementForces& elements) const;
 
  private:
@@ -81,10 +82,11 @@ class Fit {
   Eigen::MatrixXf mix_;
 };
 
-/// Numbers that elements take on their way: few where their nodes are there already.
+/// Number of values that elements need on the wire: few if their nodes are sent already.
 class ByteCosts : public ColumnCosts {
  public:
-  /// `nodes`: of each candidate, `of_each` of them one after the other; `numbers`: of so many nodes and elements.
+  /// `nodes`: of each candidate, `of_each` of them one after the other; `numbers`: values for given numbers of nodes and
+  /// elements.
   ByteCosts(std::vector<std::uint32_t> nodes, int of_each, std::size_t body_nodes, std::function<int(int, int)> numbers)
       : nodes_(std::move(nodes)), of_each_(of_each), numbers_(std::move(numbers)), used_(body_nodes, 0) {}
   void with(const std::vector<Eigen::Index>& there) override;
@@ -99,17 +101,17 @@ class ByteCosts : public ColumnCosts {
   int of_each_;
   std::function<int(int, int)> numbers_;
   std::vector<std::uint8_t> used_;
-  std::array<float, 5> cost_{};  // with so many new nodes
+  std::array<float, 5> cost_{};  // by number of new nodes
 };
 
-/// Nodes that elements join, numbered in the order in which they are met.
+/// Numbers the nodes that elements join, in the order in which they occur.
 class MetNodes {
  public:
   int number_of(std::uint32_t node);
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
-  /// Of `moved`, how the body moves with each variable, as it travels. `tool`: as in Sampling.
+  /// Returns the rows of `moved`, the motion of the body with each variable, as sent. `tool`: as in Sampling.
   NodeMotion motion(const Rows& moved, int tool, int tool_axes) const;
-  /// Places from that of the first.
+  /// Returns positions relative to the first node.
   Eigen::Matrix3Xf places(const Vector& x) const;
 
  private:
@@ -117,7 +119,7 @@ class MetNodes {
   std::vector<int> numbers_;
 };
 
-/// Elements of one kind, `Elements` (of sample_springs.cpp, sample_tetrahedra.cpp), chosen and weighed as said above. `u`:
+/// Chooses and weights elements of one kind, `Elements` (of sample_springs.cpp, sample_tetrahedra.cpp), as described above. `u`:
 /// samples.
 template <typename Elements>
 std::optional<typename Elements::Sample> sample(const Elements& all, const Matrix& u, const Sampling& sampling) {

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kRidgeShare = 1e-6F;  // of the mean square of columns, which may be alike: some ten roundings of a float
+constexpr float kRidgeShare = 1e-6F;  // of the mean square of columns, which may be nearly equal: some ten roundings of a float
 
 /// The columns that have joined, and the Cholesky factor L of their products: L L^T = A^T A + ridge.
 class Joined {
@@ -28,9 +28,9 @@ class Joined {
 
   const std::vector<Eigen::Index>& columns() const { return columns_; }
   const Eigen::VectorXf& weights() const { return weights_; }
-  /// t - A w.
+  /// Returns t - A w.
   Eigen::VectorXf left() const { return t_ - rows_.leftCols(count()) * weights_; }
-  /// False when the newest left again at once.
+  /// Returns false if the newest column left again at once.
   bool join(Eigen::Index newest) {
     const Eigen::Index n = count();
     assert(n < rows_.cols() && newest >= 0 && newest < a_.cols());
@@ -59,7 +59,7 @@ class Joined {
       add_row(k);
     }
   }
-  /// Row k of L and of L^-1 A^T t.
+  /// Computes row k of L and of L^-1 A^T t.
   void add_row(Eigen::Index k) {
     Eigen::VectorXf row = products_.row(k).head(k).transpose();
     factor_.topLeftCorner(k, k).triangularView<Eigen::Lower>().solveInPlace(row);
@@ -76,21 +76,21 @@ class Joined {
   const Eigen::VectorXf& t_;
   float ridge_;
   std::vector<Eigen::Index> columns_;
-  Eigen::MatrixXf rows_;      // A of those that have joined
-  Eigen::MatrixXf products_;  // of each with those before it
+  Eigen::MatrixXf rows_;      // A of the joined columns
+  Eigen::MatrixXf products_;  // of each column with those before it
   Eigen::MatrixXf factor_;
   Eigen::VectorXf with_t_, forward_, weights_;
 };
 
-/// What columns have of what is left, by the root of what they cost. Most have so little that they are asked seldom: a full
-/// search every kFullSearchEvery, between them at those that had most.
+/// Components of columns along the residual, relative to the root of their costs. Most are too small to matter: all columns are
+/// searched every kFullSearchEvery joins, in between only the leading ones.
 class Candidates {
  public:
   Candidates(const Eigen::MatrixXf& a, const ColumnCosts& costs)
       : a_(a), costs_(costs), length_(a.colwise().norm().cwiseMax(1e-30F)), barred_(static_cast<std::size_t>(a.cols()), 0) {}
   void bar(Eigen::Index column) { barred_[static_cast<std::size_t>(column)] = 1; }
   void free(Eigen::Index column) { barred_[static_cast<std::size_t>(column)] = 0; }
-  /// -1: none has any.
+  /// Returns the best column; -1 if none improves the fit.
   Eigen::Index best(const Eigen::VectorXf& left) {
     Eigen::Index found = -1;
     if (since_++ % kFullSearchEvery != 0) found = best_of_leaders(left);
@@ -98,8 +98,8 @@ class Candidates {
   }
 
  private:
-  static constexpr int kFullSearchEvery = 8;      // joins; measured: 6 has the same fit and takes longer (docs/notebook.md, 30)
-  static constexpr std::size_t kLeadersMax = 50;  // asked between; measured: as good as all (docs/notebook.md, 24)
+  static constexpr int kFullSearchEvery = 8;      // joins; measured: 6 has the same fit and takes longer (docs/notebook/0030)
+  static constexpr std::size_t kLeadersMax = 50;  // searched in between; measured: as good as all (docs/notebook/0024)
 
   float value(Eigen::Index k, float with_left) const {
     return with_left > 0 && !barred_[static_cast<std::size_t>(k)] ? with_left / (length_[k] * std::sqrt(costs_.of(k))) : 0;
@@ -149,7 +149,7 @@ SparseSolution sparse_nnls(const Eigen::MatrixXf& a, const Eigen::VectorXf& t, i
     const Eigen::Index best = candidates.best(left);
     if (best < 0) break;
     const std::vector<Eigen::Index> before = joined.columns();
-    candidates.bar(best);  // for good if it leaves at once
+    candidates.bar(best);  // permanently if it leaves at once
     if (joined.join(best))
       for (const Eigen::Index k : before)
         if (std::find(joined.columns().begin(), joined.columns().end(), k) == joined.columns().end()) candidates.free(k);

@@ -11,12 +11,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kGradientStepsMax = 40;           // of conjugate gradients, a round: bounds the time, what is found is kept
-constexpr double kResidualShare = 3e-2;         // of the first residual's norm; a tenth gains nothing (docs/notebook.md, 17)
+constexpr int kGradientStepsMax = 40;           // of conjugate gradients, per round: bounds the time; the result so far is kept
+constexpr double kResidualShare = 3e-2;         // of the first residual's norm; a tenth of it gains nothing (docs/notebook/0017)
 constexpr double kTrialStepLeast = 1e-3;        // of a direction: a shorter trial would be lost in rounding
-constexpr double kInterpolatedChangeMax = 0.5;  // of a trial: a step that near to it needs no evaluation of its own
+constexpr double kInterpolatedChangeMax = 0.5;  // of a trial: a step that close to it needs no evaluation of its own
 
-/// The nodes nearest to those of `port`, elements between them being the measure, ascending.
+/// Returns the nodes nearest to those of `port`, by number of elements in between, ascending.
 std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedBody& body,
                                         const std::vector<std::vector<std::uint32_t>>& elements) {
   std::vector<std::uint8_t> seen(body.nodes.size(), 0);
@@ -35,7 +35,8 @@ std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedB
   return nodes;
 }
 
-/// These nodes and the elements between them; fixed where they are so, or where an element leads out.
+/// Returns these nodes and the elements between them; a node is fixed if it is fixed in the body, or if one of its elements is
+/// missing.
 LocalBody cut_out(std::vector<std::uint32_t> nodes, const LumpedBody& whole,
                   const std::vector<std::vector<std::uint32_t>>& elements) {
   LocalBody local(whole, std::move(nodes));
@@ -64,7 +65,7 @@ struct SubdomainBody {
   explicit SubdomainBody(LocalBody cut) : local(std::move(cut)) {
     if (SpringBlocks::covers(local.body)) springs.emplace(local.body);
   }
-  /// F(x, v), of springs without the weight of the nodes: only differences of it count.
+  /// Computes F(x, v), for springs without the weight of the nodes: only differences are used.
   void forces(const Vector& x, const Vector& v, Vector& f) {
     if (!springs) {
       dynamics.forces(x, v, f);
@@ -96,12 +97,13 @@ class IndentedSubdomain {
     take_diagonal(at, local, request.diagonal);
   }
 
-  /// f on the linear body.
+  /// Returns f on the linear body.
   Vec3 first_load(const Vec3& displacement) const { return begin_ * displacement; }
   Vec3 load(const Vec3& displacement, const Vector& w) const { return kappa_ * (displacement - gather(port_, w)); }
-  /// P^-1 B f, near.
+  /// Returns P^-1 B f in the subdomain.
   Vector linear_response(const Vec3& f) const { return responses_ * f; }
-  /// The nonlinear subdomain's own response to `displacement` and to f from far; false where it cannot be followed.
+  /// Computes the subdomain's nonlinear response to `displacement`, and f, from the linear one; returns false if the solver
+  /// fails.
   bool follow(const Vec3& displacement, Vec3& f, Vector& w) const {
     double enough = 0;
     for (int round = 0; round < StaticIndentations::kEndRounds; ++round) {
@@ -113,7 +115,7 @@ class IndentedSubdomain {
   }
 
  private:
-  /// A node between coordinates takes what one that has its own has in the mean.
+  /// Sets the diagonal blocks; a node without its own coordinate gets the mean of those that have one.
   void take_diagonal(const Linearisation& at, const LocalBody& local, std::span<const Mat3> diagonal) {
     Mat3 sum = Mat3::Zero();
     double count = 0;
@@ -135,7 +137,7 @@ class IndentedSubdomain {
     for (std::uint32_t i = 0; i < fixed.size(); ++i)
       if (fixed[i]) at_node(w, i) = at_node(to, i);
   }
-  /// B f - s^2 M w + F(x* + w, s w) - F(x*, 0).
+  /// Returns B f - s^2 M w + F(x* + w, s w) - F(x*, 0).
   Vector residual(const Vec3& displacement, const Vector& w) const {
     Vector r;
     body_.forces(x_ + w, s_ * w, r);
@@ -149,9 +151,9 @@ class IndentedSubdomain {
     for (std::uint32_t i = 0; i < blocks_.size(); ++i) at_node(z, i) = blocks_[i] * at_node(r, i);
     return z;
   }
-  /// Nonlinear conjugate gradients (Polak and Ribiere), the step along each direction to where the force along it vanishes, as
-  /// far as two evaluations tell: at its beginning and at a trial. Where the trial is not far from there, so is what lies between
-  /// the two from a straight line, and nothing is evaluated again. `enough`: where to stop, 0 when that is not known yet.
+  /// Minimises by nonlinear conjugate gradients (Polak and Ribiere), with the step along each direction to the zero of the force
+  /// along it, estimated from two evaluations: at its beginning and at a trial. If the trial is close to the zero, the residual
+  /// is interpolated linearly instead of evaluated again. `enough`: tolerance, 0 if it is not known yet.
   bool descend(const Vec3& displacement, double& enough, Vector& w) const {
     assert(w.size() == x_.size());
     Vector r = residual(displacement, w), z = preconditioned(r), direction = z;
@@ -186,7 +188,7 @@ class IndentedSubdomain {
   Matrix responses_;
   Mat3 begin_ = Mat3::Zero();
   Skin::Weights port_;
-  std::vector<Mat3> blocks_;  // of the diagonal, inverted
+  std::vector<Mat3> blocks_;  // inverse diagonal blocks
 };
 
 }  // namespace

@@ -1,18 +1,18 @@
-// How a body yields to a tool that goes on into it, by its own forces: snapshots of a touch (snapshot_set.hpp).
+// Static indentation of a body by a tool that presses further, with nonlinear forces: snapshots of a touch (snapshot_set.hpp).
 //
-// P^-1 B, the port responses, are those of small displacements. Where elements stiffen or turn, an indentation as deep as they
-// are long has another shape, and a basis that does not know it is too stiff. With s the shift of P, w solves what those
-// linearise,
+// The port responses P^-1 B hold for small displacements. Where elements stiffen or rotate, an indentation as deep as they are
+// long has another shape, and a basis without it is too stiff. With s the shift of P, w solves the nonlinear equation whose
+// linearisation they are,
 //
 //     s^2 M w - [F(x* + w, s w) - F(x*, 0)] = B f,     f = kappa (a - B^T w)
 //
-// one step of backward Euler of 1/s from rest; a is the displacement of a hand that yields as a spring kappa does,
-// kHandStiffnessRatio times as stiff as the body at the stamp. Far from the port the body bends little: only the kSubdomainNodes
-// nodes nearest to it (of a solid kSolidSubdomainNodes), by elements, follow their own forces, all others w = P^-1 B f. Nonlinear
-// conjugate gradients with the blocks of P's diagonal, the ends of the nonlinear subdomain moved with f in kEndRounds rounds,
-// from each displacement on to the next.
+// one step of backward Euler of 1/s from rest; a is the displacement of a hand that yields like a spring kappa,
+// kHandStiffnessRatio times as stiff as the body at the stamp. Far from the port the body deforms little: only the
+// kSubdomainNodes nodes nearest to it (for a solid kSolidSubdomainNodes), by elements, use nonlinear forces, all others
+// follow w = P^-1 B f. The solver is nonlinear conjugate gradients, preconditioned with the blocks of P's diagonal; the ends of
+// the nonlinear subdomain are updated with f in kEndRounds rounds, and each displacement starts from the last.
 //
-// Source: nonlinear elimination of the part that is far from linear, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
+// Source: nonlinear elimination of the strongly nonlinear part, Lanzkron, Rose and Wilkes, SIAM J. Sci. Comput. 17 (1996).
 #pragma once
 
 #include <memory>
@@ -25,30 +25,30 @@
 namespace palpate {
 
 struct IndentationRequest {
-  Skin::Weights port;                 ///< B, of nodes
+  Skin::Weights port;                 ///< B, over nodes
   std::span<const Vector> responses;  ///< P^-1 B, three, in the coordinates of the linearisation
-  std::vector<Vec3> displacements;    ///< a [m], at least one, each further than the one before
+  std::vector<Vec3> displacements;    ///< a [m], at least one, each larger than the one before
   double shift_1_s = 20;              ///< s
-  std::span<const Mat3> diagonal;     ///< blocks of P's, in these coordinates
+  std::span<const Mat3> diagonal;     ///< diagonal blocks of P, in these coordinates
 };
 
 class StaticIndentations {
  public:
-  /// Measured: 200 of springs cost the organ 5 dB (docs/notebook.md, 17), of solids 1.7 dB and a third less time (29).
+  /// Measured: 200 for springs cost the organ 5 dB (docs/notebook/0017), for solids 1.7 dB and a third less time (0029).
   static constexpr std::size_t kSubdomainNodes = 300, kSolidSubdomainNodes = 200;
-  static constexpr int kEndRounds = 3;              ///< measured: two cost the organ 2 dB (docs/notebook.md, 17)
-  static constexpr double kHandStiffnessRatio = 2;  ///< indentations are two thirds as deep as a hand goes; less: shallower
+  static constexpr int kEndRounds = 3;              ///< measured: two cost the organ 2 dB (docs/notebook/0017)
+  static constexpr double kHandStiffnessRatio = 2;  ///< indentations are two thirds of the hand's displacement; less: shallower
 
-  /// Springs or finite elements; `body` must outlive it.
+  /// For springs or finite elements; `body` must outlive it.
   explicit StaticIndentations(const LumpedBody& body);
   ~StaticIndentations();
-  /// w, in these coordinates too, one for each displacement; fewer where the body cannot be followed so far, none where it is
-  /// fixed.
+  /// Returns w, in the same coordinates, one for each displacement; fewer if the solver fails at some displacement, none if the
+  /// body is fixed there.
   std::vector<Vector> shapes(const Linearisation& at, const IndentationRequest& request);
 
  private:
   const LumpedBody* body_;
-  std::vector<std::vector<std::uint32_t>> elements_;  // of each node
+  std::vector<std::vector<std::uint32_t>> elements_;  // per node
   struct Cut;
   std::unique_ptr<Cut> cut_;  // around the nodes of the last port
 };

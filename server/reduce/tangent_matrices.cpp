@@ -8,14 +8,14 @@ namespace {
 template <int kNumbers>
 using Half = Eigen::Array<double, kNumbers, 1>;
 
-/// Where row r and column c of a block are among its numbers.
+/// Returns the index of row r and column c of a block among its numbers.
 template <int kNumbers>
 consteval int place(int r, int c) {
   constexpr int kSymmetricPlaces[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};  // of xx xy xz yy yz zz
   return kNumbers == 6 ? kSymmetricPlaces[3 * r + c] : 3 * r + c;
 }
 
-/// y += B x
+/// Computes y += B x.
 template <int kNumbers>
 [[gnu::always_inline]] inline void add_product(const double* b, const ColumnLanes (&x)[3], ColumnLanes (&y)[3]) {
   y[0] += b[place<kNumbers>(0, 0)] * x[0] + b[place<kNumbers>(0, 1)] * x[1] + b[place<kNumbers>(0, 2)] * x[2];
@@ -23,7 +23,7 @@ template <int kNumbers>
   y[2] += b[place<kNumbers>(2, 0)] * x[0] + b[place<kNumbers>(2, 1)] * x[1] + b[place<kNumbers>(2, 2)] * x[2];
 }
 
-/// y += B^T x
+/// Computes y += B^T x.
 template <int kNumbers>
 [[gnu::always_inline]] inline void add_transposed(const double* b, const ColumnLanes (&x)[3], ColumnLanes (&y)[3]) {
   y[0] += b[place<kNumbers>(0, 0)] * x[0] + b[place<kNumbers>(1, 0)] * x[1] + b[place<kNumbers>(2, 0)] * x[2];
@@ -39,7 +39,7 @@ template <int kNumbers>
   lanes(to.x) = x[0], lanes(to.y) = x[1], lanes(to.z) = x[2];
 }
 
-/// y = A x, numbers(e) those of block e.
+/// Computes y = A x, numbers(e) those of block e.
 template <int kNumbers, typename Numbers>
 void multiply_symmetric(const BlockPattern& pattern, const Numbers& numbers, const std::vector<NodeLanes>& x,
                         std::vector<NodeLanes>& y) {

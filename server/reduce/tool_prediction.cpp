@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// t e - e^2 / 2 times a [m].
+/// Returns (t e - e^2 / 2) a [m].
 Vec3 by_acceleration(const Vec3& acceleration_m_s2, double time_s) {
   assert(time_s >= 0);
   const double e = std::min(time_s, kAccelerationTimeS);
@@ -43,7 +43,7 @@ double accelerated_speed(double time_s) {
 }
 
 Vec3 expected_motion(const ToolAt& tool, double horizon_s) {
-  constexpr double kMotionLeastM = 0.002;  // a hand that rests may set off; more: rests count more beside motion
+  constexpr double kMotionLeastM = 0.002;  // a resting hand may set off; more: rests count more relative to motion
   Vec3 far;
   for (int axis = 0; axis < 3; ++axis) far[axis] = std::hypot(tool.velocity[axis] * horizon_s, kMotionLeastM);
   return far;
@@ -60,8 +60,8 @@ std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards,
 
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
   assert(std::abs(normal.norm() - 1) < 1e-6 && slide.time_s >= 0);
-  constexpr double kDistinctM = 5e-4;      // slides that get less far are the contact point itself
-  constexpr double kFromRestShare = 0.25;  // of how far a hand gets; measured: all of it costs 4 to 6 dB (docs/notebook.md, 22)
+  constexpr double kDistinctM = 5e-4;      // shorter slides count as the contact point itself
+  constexpr double kFromRestShare = 0.25;  // of a hand's longest way; measured: all of it costs 4 to 6 dB (docs/notebook/0022)
   const Vec3 by_velocity = slide.time_s * velocity;
   const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kDistinctM; };
   std::vector<Vec3> displacements;

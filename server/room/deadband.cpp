@@ -11,10 +11,10 @@
 namespace palpate {
 namespace {
 
-/// Off the way that the tool takes, along no direction, the force, and two across it.
+/// Offsets from the tool's path: none, along the force, and two across it.
 using Probes = std::array<Vec3, 4>;
 
-/// Towards the surface where there is no force yet, and into it.
+/// Returns offsets towards the surface where there is no force yet, else along the force into it.
 Probes probes_of(const PatchPlayer& player) {
   const Patch& patch = player.patch();
   Vec3 in = -player.output().force;
@@ -26,15 +26,15 @@ Probes probes_of(const PatchPlayer& player) {
   return {Vec3::Zero(), way_m * in, Deadband::kProbeM * across, Deadband::kProbeM * in.cross(across)};
 }
 
-/// The hand would feel the same of `old` as of `next` where both are now.
+/// Returns true if the hand would feel the same force from `old` as from `next` at their present times.
 bool alike(const PatchPlayer& old, const PatchPlayer& next, double fraction) {
   const double most_n = Deadband::kExpectedPathShare * fraction * std::max(next.output().force.norm(), Deadband::kForceLeastN);
   return (old.output().force - next.output().force).norm() <= most_n;
 }
 
-/// In the same state of contact, and for links that may be silent for as long.
+/// Returns true if both patches are in the same state of contact and valid for about as long.
 bool made_alike(const Patch& old, const Patch& next) {
-  constexpr double kValidityShare = 0.9;  // more: sent oftener; less: a force fades sooner over a silent link
+  constexpr double kValidityShare = 0.9;  // more: sends more often; less: forces fade sooner on a silent link
   return old.touching == next.touching && seconds(old.valid_for) >= kValidityShare * seconds(next.valid_for);
 }
 
@@ -42,10 +42,10 @@ bool trusts(const PatchPlayer& player, const Vec3& tool) {
   return (tool - player.patch().tool).norm() <= player.patch().trust_radius_m;
 }
 
-/// Whether it would of all of them over the time that `next` would be used, on the tool's way and `off` it.
+/// Returns true if all of them stay alike over the time in which `next` would be used, with the tool `off` its path.
 bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::Station& station, const Vec3& off) {
   assert(!old.empty() && station.track && station.horizon > Micros{});
-  constexpr Micros kCompareEvery{5'000};  // twelve times within kProbeS; more seldom: cheaper, and misses what swings
+  constexpr Micros kCompareEvery{5'000};  // twelve times within kProbeS; longer: cheaper, but misses oscillations
   const Micros stamp = next.patch().stamp;
   next.inherit(old.front());
   for (Micros t = stamp + kCompareEvery; t <= stamp + station.horizon; t += kCompareEvery) {
@@ -71,7 +71,7 @@ std::optional<Micros> Deadband::pass(const Patch& patch, const NonlinearTerms& t
   return std::nullopt;
 }
 
-/// As the station plays them; those from before what is still known of the tool are lost.
+/// Advances the patches as the station does; drops those older than the tool's track.
 void Deadband::catch_up(const ToolTrack& track, Micros until) {
   std::erase_if(sent_, [&](const PatchPlayer& old) { return old.time() < track.begin(); });
   for (PatchPlayer& old : sent_)

@@ -54,7 +54,7 @@ void FramePatches::sync_stations(const FrameJob& job) {
 }
 
 bool FramePatches::Kept::serves(const PatchRequest& asked, const ToolAt& tool) const {
-  // Five times and more what a hand trembles by (client/device/hand.hpp), and less than nodes are apart; more: older patches.
+  // At least five times a hand's tremor (client/device/hand.hpp), and less than the spacing of the nodes; more: older patches.
   constexpr double kKeptToolM = 0.001, kKeptAheadM = 0.005, kKeptHorizonShare = 0.1;
   const double horizon_s = seconds(asked.horizon);
   return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
@@ -82,7 +82,7 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) 
   std::vector<ToolAt> tools;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     tools.push_back(body_->tool(k, job.target));
-    // The velocity that the body felt: a patch's forces hold for it.
+    // A patch's forces are linearised about the velocity that the body felt.
     if (ports[k].kind == ContactKind::attach) tools[k].velocity = at_node(body_->state().v, ports[k].node);
   }
   Micros mean_horizon{};
@@ -91,7 +91,7 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) 
   std::vector<HandMotion> hands;
   for (std::size_t k = 0; k < ports.size(); ++k) hands.push_back(body_->hand_motion(k));
   frame_model_.set_hands(std::move(hands));
-  // Known for all before the first patch is built: what the patches of a frame have in common is computed together.
+  // All requests are known before the first patch is built, since the patches of a frame share computations.
   std::vector<std::uint8_t> gets_patch;
   for (const StationJob& j : job.stations) {
     const auto which = body_->port_of(j);
@@ -105,11 +105,11 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) 
   return gets_patch;
 }
 
-/// Moves the point of a tool that does not touch to where it is nearest.
+/// Moves the point of a tool that does not touch to the nearest point of the surface.
 bool FramePatches::in_reach(std::size_t which, Micros horizon) {
   const ToolPort& port = body_->ports().at(which);
   if (port.kind == ContactKind::attach || port.touching) return true;
-  // How far the tool can get before the next patch: its speed, and a hand's acceleration on top, each way.
+  // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction.
   constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
   const ToolAt& tool = frame_model_.tool(which);
   const double t = seconds(horizon);
@@ -155,7 +155,7 @@ void FramePatches::give_patch(const StationJob& job, std::size_t which, StationF
   if (body_->asleep()) station.kept = Kept{request, *frame.patch, frame.terms};
 }
 
-/// For a station whose tool is not on the body. The hand-over of patches hides the steps from frame to frame.
+/// Builds a patch for a station whose tool was released. The hand-over between patches hides the steps from frame to frame.
 void FramePatches::give_fading_force(const StationJob& job, Micros stamp, StationFrame& frame) {
   const SteppedBody::StationTool* const station = body_->tool_of(job);
   if (!station) return;

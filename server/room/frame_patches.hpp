@@ -1,13 +1,14 @@
-// The patches of a frame: what each station needs to feel the body until the next one. What they have in common is computed once
-// (FrameModel), then a patch is built for each (PatchBuilder), with snapshots of where the body may be (StatePrediction).
+// The patches of a frame: what each station needs to render the body until the next one. Work that they share is done once
+// (FrameModel); then one patch is built per station (PatchBuilder), with snapshots of the states that the body may reach
+// (StatePrediction).
 //
-// A patch of a sleeping body is given again (Kept) as long as the tool at p with velocity v, tau the horizon, has
+// A patch of a sleeping body is reused (Kept) as long as the tool at p with velocity v, tau the horizon, satisfies
 //
 //     |p - p'| <= kKeptToolM,     tau |v - v'| <= kKeptAheadM,     |tau - tau'| <= kKeptHorizonShare tau
 //
-// p', v', tau' those that it was made for, scheme, order and silence the same.
+// where p', v', tau' are those that it was made for, and scheme, order and silence are unchanged.
 //
-// A station whose tool was let go of (let_go.hpp) gets a constant patch with the force that fades.
+// A station whose tool was released (let_go.hpp) gets a constant patch with the fading force.
 #pragma once
 
 #include <functional>
@@ -27,18 +28,18 @@ class FramePatches {
  public:
   /// `body` must outlive it.
   explicit FramePatches(SteppedBody& body);
-  /// Of stations and of what the body may do: begin anew.
+  /// Forgets all stations and all predictions of the body.
   void clear();
-  /// The body has been stepped: no patch of a sleeping body serves any more.
+  /// Drops the patches of the sleeping body, once the body has been stepped.
   void forget_kept();
-  /// Once the body is where it is in this frame, for the stations of the job in order; without patches where `failed`.
+  /// Builds the patches of a frame after its step, for the stations of the job in order; without patches if `failed`.
   std::vector<StationFrame> build(const FrameJob& job, bool failed);
-  /// Of the newest patch that a station got, of all nodes; none where it has got none.
+  /// Returns the modes of the newest patch that the station got, over all nodes; empty if it has got none.
   Matrix modes(StationId id) const;
   void listen(std::function<void(PatchPart)> listener) { frame_model_.listen(std::move(listener)); }
 
  private:
-  /// The last patch of a sleeping body: it holds as long as the body sleeps, for a tool that hardly moves.
+  /// The last patch of a sleeping body, valid while the body sleeps and the tool hardly moves.
   struct Kept {
     PatchRequest request;
     Patch patch;
@@ -57,11 +58,11 @@ class FramePatches {
   void sync_stations(const FrameJob& job);
   /// `which`: port_of() the station.
   PatchRequest request_of(const StationJob& job, std::size_t which) const;
-  /// For each station whether it gets a patch.
+  /// Returns for each station whether it gets a patch.
   std::vector<std::uint8_t> begin(const FrameJob& job, bool failed);
   bool in_reach(std::size_t which, Micros horizon);
   void collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon);
-  /// The patch that the station got last, where it still says what a new one would.
+  /// Returns the patch that the station got last if it still equals what a new one would say; else null.
   const Kept* kept_for(const StationJob& job, std::size_t which) const;
   void give_patch(const StationJob& job, std::size_t which, StationFrame& frame);
   void give_fading_force(const StationJob& job, Micros stamp, StationFrame& frame);

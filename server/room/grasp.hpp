@@ -1,8 +1,8 @@
-// How an attached node gets to the tool. When a grasp begins at t_0 with the node d = x_node - x_tool away, the difference is
-// taken back along the curve m of least jerk (minimum_jerk.hpp), so that the body is not torn by a jump:
+// Path of an attached node to the tool. When a grasp begins at t_0 with the node d = x_node - x_tool away from the tool, the
+// difference is removed along the minimum-jerk curve m (minimum_jerk.hpp), so that a jump does not tear the body:
 //     x_node(t) = x_tool(t) + (1 - m((t - t_0) / T)) d,   T = kTakeUpS;   from t_0 + T on the node is where the tool is
-// A tool further than kGraspReachM from its node does not grasp it: a hand that comes back from elsewhere would be pulled, and
-// the body with it.
+// A tool further than kGraspReachM from its node does not grasp it: a hand that returns from elsewhere would be pulled, and the
+// body with it.
 #pragma once
 
 #include "common/base/grasp_reach.hpp"
@@ -13,7 +13,7 @@ namespace palpate {
 
 class Grasp {
  public:
-  static constexpr double kTakeUpS = 0.5;  ///< of kGraspReachM at most: the node comes at 0.19 m/s at most
+  static constexpr double kTakeUpS = 0.5;  ///< [s], for a distance of at most kGraspReachM: the node moves at 0.19 m/s at most
 
   Grasp() = default;
   /// `offset` = node minus tool at `begin`.

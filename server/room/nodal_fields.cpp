@@ -26,7 +26,7 @@ std::vector<float> element_tension(const LumpedBody& body, const Vector& x) {
 
 namespace {
 
-/// `relaxed`: what has faded of the second Piola-Kirchhoff stress.
+/// `relaxed`: the relaxed part of the second Piola-Kirchhoff stress.
 double value_of(const TetraMaterial& material, const Mat3& f, const Mat3& relaxed, ShapeChannel field) {
   if (field == ShapeChannel::strain) return (signed_svd(f).s.array() - 1).abs().maxCoeff();
   const Mat3 cauchy = (elastic_stress(material, f) - f * relaxed) * f.transpose() / std::max(f.determinant(), kVolumeRatioLeast);
@@ -61,7 +61,7 @@ std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state,
 
 void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support) {
   assert(support.size() == positions.size());
-  constexpr double kSamePointM = 1e-9;  // a patch's vertices are the body's own, to rounding
+  constexpr double kSamePointM = 1e-9;  // a patch's vertices are the body's own, up to rounding
   const auto count = static_cast<std::size_t>(patch.surface.vertex_count);
   double most = 0;
   for (std::size_t i = 0; i < count; ++i) most = std::max(most, patch.surface.vertices[i].rows.norm());

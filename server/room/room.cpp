@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of it, and near
 
-/// Without the nodes that ligaments are fixed to, which come last.
+/// Returns the number of nodes without the fixed ends of ligaments, which come last.
 std::size_t own_nodes(const LumpedBody& body) {
   std::size_t own = 0;
   const auto count = [&](const auto& nodes) {

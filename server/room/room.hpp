@@ -1,23 +1,24 @@
 // A room: one body and the stations that touch it. It turns a frame job into patches; it knows neither network nor clock.
 //
-// A frame moves the body from where it is in body time, the server's clock, to its target t*, and describes it there:
+// A frame moves the body from its present body time, in the server's clock, to its target t*, and describes it there:
 //
 //     M x'' = F(x, x') + sum_k B_k lambda_k,     x(t*), v(t*) -> a patch for each station that asks (patch_builder.hpp)
 //
-// x, v 3 N [m], [m/s]; F of dynamics.hpp [N]; lambda_k [N] what tool k pushes with where it is, h_k(t): of a touch by the contact
-// law (contact_law.hpp) at a point of the skin, of a grasp what holds its node at the tool. h_k(t) comes from the samples
-// (tool_track.hpp, grasp.hpp). The caller (ServerCore) decides how far a frame goes and which samples it may use.
+// x, v 3 N [m], [m/s]; F of dynamics.hpp [N]; lambda_k [N] the force of tool k at its position h_k(t): in a touch by the contact
+// law (contact_law.hpp) at a point of the skin, in a grasp the force that holds its node at the tool. h_k(t) comes from the
+// samples (tool_track.hpp, grasp.hpp). The caller (ServerCore) decides how far a frame advances and which samples it may use.
 //
-// A tool that does not touch gets a patch where it may meet the body before the next one: nearer to the surface than
+// A tool that does not touch gets a patch if it may meet the body before the next one, that is, if it is nearer to the surface
+// than
 //     |h'| tau + a tau^2 / 2 + 5 mm,     tau its horizon, a = kHandAccelerationMostMs2 (tool_prediction.hpp)
 //
-// A body that is reset is at rest from the beginning of that frame on, and no tool touches it. What a hand felt fades,
-// and then its tool may touch again (let_go.hpp); a grasp takes hold again where it is in reach.
+// A body that is reset is at rest from the beginning of that frame on, and no tool touches it. The force that a hand felt fades,
+// and then its tool may touch again (let_go.hpp); a grasp resumes where its node is in reach.
 //
-// A body that is still (stillness.hpp), that no tool holds or touches, and that no tool can get to within the frame sleeps: time
-// passes, it stays exactly where it is. The frame in which a tool may get to it is stepped from its beginning.
+// A body in equilibrium (stillness.hpp) that no tool holds, touches or can reach within the frame sleeps: time passes and it
+// stays exactly where it is. The frame in which a tool may reach it is stepped from its beginning.
 //
-// Steps that do not converge leave the last good shape, at rest and let go of, and no patches in that frame: FrameResult::failed.
+// Steps that do not converge leave the last good shape, at rest and released, and no patches in that frame: FrameResult::failed.
 #pragma once
 
 #include <array>
@@ -41,54 +42,54 @@ namespace palpate {
 struct StationJob {
   StationId id = 0;
   Scheme scheme = Scheme::port;
-  int order = 0;                       ///< states wanted, 0 = default
-  StationId shadow_of = 0;             ///< not 0: shares that station's tool, gets a patch, does not push
-  Micros horizon{};                    ///< age that a patch will reach before the next one takes over: latency + frame
+  int order = 0;                       ///< number of states requested, 0 = default
+  StationId shadow_of = 0;             ///< if not 0: shares that station's tool, gets a patch, exerts no force
+  Micros horizon{};                    ///< age that a patch will reach before the next one replaces it: latency + frame
   std::vector<ToolSample> samples;     ///< since the last frame, ascending, server clock; the last one may lie beyond the target
-  Micros silence = kSilenceLeast;      ///< that its link may make between two patches
+  Micros silence = kSilenceLeast;      ///< longest silence expected of its link between two patches
   double deadband = 0;                 ///< share of the force by which its patch may be wrong (deadband.hpp), 0 = none
   std::optional<Micros> playing = {};  ///< stamp of the patch that it is known to play, server clock
-  bool wants_patch = true;             ///< else its tool only pushes in this frame
+  bool wants_patch = true;             ///< false: its tool only exerts force in this frame
 };
 
 struct FrameJob {
-  Micros begin{};                    ///< from here on, where the last frame ended earlier: nothing moved in between
-  Micros target{};                   ///< simulate up to here, server clock
-  Micros frame{};                    ///< nominal length of a frame; one that has fallen far behind takes longer steps, 0 = never
-  std::vector<StationJob> stations;  ///< a station that is missing has left: its tool lets go
-  bool reset = false;       ///< the body is put back to rest at `begin`, and every tool let go of (stepped_body_tools.cpp)
-  bool rollouts = true;     ///< before nonlinear patches the body is stepped ahead as hands may move on (state_prediction.hpp)
-  bool may_sleep = true;    ///< else the body is stepped whatever it does, to measure by
+  Micros begin{};                    ///< start, if the last frame ended earlier: nothing moved in between
+  Micros target{};                   ///< simulate up to this time, server clock
+  Micros frame{};                    ///< nominal length of a frame; a frame far behind schedule uses longer steps; 0 = never
+  std::vector<StationJob> stations;  ///< a station that is missing has left: its tool is released
+  bool reset = false;                ///< resets the body to rest at `begin` and releases all tools (stepped_body_tools.cpp)
+  bool rollouts = true;     ///< steps the body ahead along predicted hand motions for nonlinear patches (state_prediction.hpp)
+  bool may_sleep = true;    ///< false: the body is stepped in any case, for measurements
   bool shapes = false;      ///< fill FrameResult::positions
-  std::uint8_t fields = 0;  ///< and these of FrameResult::fields: bits of channels
+  std::uint8_t fields = 0;  ///< fill these of FrameResult::fields: bits of channels
   bool state = false;       ///< fill FrameResult::state
   bool asks_for(ShapeChannel field) const { return (fields & bit_of(field)) != 0; }
 };
 
 struct StationFrame {
   StationId id = 0;
-  std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: none in reach, wanted or to be had
-  NonlinearTerms terms;                            ///< that go with it; without variables: none
+  std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: out of reach, not wanted or failed
+  NonlinearTerms terms;                            ///< terms of `patch`; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
   bool contact = false;
-  std::optional<Micros> renewed_from = {};  ///< stamp from which on all patches that it was given do as well as `patch`
+  std::optional<Micros> renewed_from = {};  ///< stamp from which on all patches sent to it are as good as `patch`
 };
 
 struct FrameResult {
-  Micros stamp{};  ///< moment up to which the body was simulated, server clock
+  Micros stamp{};  ///< time up to which the body was simulated, server clock
   std::vector<StationFrame> stations;
-  std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), when asked for
-  std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, when asked for
-  std::optional<BodyState> state;                         ///< when asked for
-  std::vector<StationId> too_dear;                        ///< whose tools were let go of, as they cost more than hands do
+  std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), if requested
+  std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, if requested
+  std::optional<BodyState> state;                         ///< if requested
+  std::vector<StationId> too_dear;                        ///< stations whose tools were released because they cost too much
   int steps = 0, cut_steps = 0, newton_iterations = 0;
-  bool failed = false;  ///< the step did not converge: no patches, the body was put back
-  bool asleep = false;  ///< the body was not stepped, or need not be from here on until a tool comes (stillness.hpp)
-  // By whoever ran the job, 0 = not measured:
+  bool failed = false;  ///< true if the step did not converge: no patches, the body was put back
+  bool asleep = false;  ///< true if the body was not stepped, or need not be until a tool comes (stillness.hpp)
+  // Measured by the caller that ran the job, 0 = not measured:
   Micros step_took{}, patches_took{}, rollouts_took{};  ///< the last is part of the second
 };
 
-/// Where a tool should start: rest position of the attached node, or a point 20 mm above the top of the body.
+/// Returns the starting position of a tool: the rest position of the attached node, or a point 20 mm above the top of the body.
 Vec3 home_of(const Scene& scene);
 
 class Room {
@@ -98,32 +99,32 @@ class Room {
   Room(Room&&) noexcept;
   Room& operator=(Room&&) noexcept;
 
-  /// Body time at which the next frame starts; call before the first run(), and when another server takes the body over: nobody
-  /// touches it then.
+  /// Sets the body time at which the next frame starts, and releases all tools. Call it before the first run(), and when another
+  /// server takes over the body.
   void start(Micros body_time);
-  /// The body as it is to be taken up: x and v of all nodes as FrameResult::state gave them, and side_by_side() of its history.
-  /// What the scene holds fast stays where the scene says. Nobody touches it then; before the first run(). False where `relaxed`
-  /// is not of this body, which then begins as if it had just been bent.
+  /// Restores a body: x and v of all nodes as FrameResult::state gave them, and side_by_side() of its history. Fixed nodes stay
+  /// where the scene puts them, and no tool touches it. Call it before the first run(). Returns false if `relaxed` does not fit
+  /// this body, which then starts as if it had just been deformed.
   bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed = {});
-  /// One frame: simulate(), then build_patches().
+  /// Runs one frame: simulate(), then build_patches().
   FrameResult run(const FrameJob& job);
-  /// Moves the body on; the result has everything but `stations`.
+  /// Advances the body; the result has everything but `stations`.
   FrameResult simulate(const FrameJob& job);
-  /// Fills `result.stations` at the body's present state; none of them has a patch when the step failed.
+  /// Fills `result.stations` at the body's present state; none of them has a patch if the step failed.
   void build_patches(const FrameJob& job, FrameResult& result);
-  /// Lets a large body's steps be shared by a thread pool, which must outlive the room.
+  /// Shares the steps of a large body among a thread pool, which must outlive the room.
   void use_threads(ThreadPool& pool);
-  /// What a station's last patch was made of, for measurement: the body as it is, the station's port, the patch's modes.
+  /// The inputs of a station's last patch, for measurements: the present body, the station's port, the patch's modes.
   struct Origin {
     BodyState body;
     ToolPort port;
     Matrix modes;  ///< PatchModes::of_nodes()
   };
-  /// Nothing for a station that has no port.
+  /// Returns none for a station without a port.
   std::optional<Origin> origin(StationId id) const;
-  /// Which integrator moves the body, and why, in one line.
+  /// Returns in one line which integrator moves the body, and why.
   const std::string& integrator() const;
-  /// Hears of each part of build_patches() when it begins, for touches.
+  /// Sets a listener that is called when each part of build_patches() begins, for touches.
   void listen(std::function<void(PatchPart)> listener);
 
  private:

@@ -12,7 +12,7 @@ bool SnapshotCache::near(const State& state, std::span<const Vec3> tools) const 
   });
 }
 
-/// Most states differ somewhere early on.
+/// Compares in chunks: most states differ early on.
 bool SnapshotCache::apart(const Vector& a, const Vector& b) const {
   assert(a.size() == b.size());
   constexpr Eigen::Index kComparedAtOnce = 512;  // 4 kB of each, well within the first-level cache
@@ -41,7 +41,7 @@ void SnapshotCache::keep(std::span<const Vec3> tools, const Vector& x) {
 
 std::vector<const Vector*> SnapshotCache::most_informative(std::span<const Vec3> tools, const Vector& x) {
   assert(states_.empty() || x.size() == origin_.size());
-  constexpr double kInformativeShare = 0.01;  // of the farthest's distance: less is near what the others span
+  constexpr double kInformativeShare = 0.01;  // of the farthest's distance: less is nearly in the span of the others
   ++now_;
   std::vector<Eigen::Index> known;
   for (std::size_t i = 0; i < states_.size(); ++i) {

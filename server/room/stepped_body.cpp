@@ -1,4 +1,4 @@
-// The body moves on, or sleeps.
+// Steps or sleep of the body.
 #include "server/room/stepped_body.hpp"
 
 #include <algorithm>
@@ -56,7 +56,7 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
     for (auto& [id, tool] : tools_) tool.measured_height.reset();
     report = advance(job);
     if (!report->converged) {
-      // The last good shape, at rest and let go of, goes on from here: the room must not stop because one frame was beyond it.
+      // Continues from the last good shape, at rest and released: one frame that does not converge must not stop the room.
       body_.v.setZero();
       for (ToolPort& port : ports_) port.touching = false, port.clearance = {}, port.lambda.setZero();
       body_.time_s = seconds(job.target);
@@ -67,14 +67,14 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
   return report;
 }
 
-/// The body stays as it is; tools are led from where they were to where they are by then.
+/// Skips time with the body unchanged; the tools are led from their old positions to those at `begin`.
 void SteppedBody::leave_out_until(Micros begin) {
   for (auto& [id, tool] : tools_)
     if (!tool.track.empty()) tool.track.leave_out(time(), begin);
   body_.time_s = seconds(begin);
 }
 
-/// If it may. What is left of its motion goes: the body stays where it is to the bit.
+/// Puts the body to sleep if it may sleep. Its remaining velocity is zeroed, so it stays where it is to the bit.
 void SteppedBody::fall_asleep() {
   const bool alone =
       std::none_of(ports_.begin(), ports_.end(), [](const ToolPort& p) { return p.kind == ContactKind::attach || p.touching; });
@@ -82,7 +82,7 @@ void SteppedBody::fall_asleep() {
   if (asleep_) body_.v.setZero();
 }
 
-/// Whether a tool that does not touch may meet the body, where it is, before `until`.
+/// Returns true if a tool that does not touch may meet the body, where it is, before `until`.
 bool SteppedBody::may_meet(std::size_t k, Micros until) {
   assert(k < ports_.size());
   constexpr double kStrayMarginM = 0.001;  // a hand strays less between two checks
@@ -112,14 +112,14 @@ bool SteppedBody::sleeps_through(const FrameJob& job) {
   return true;
 }
 
-// A frame that has to make up for lost time (the machine was busy) costs no more than kCatchUpFramesMax frames: its steps grow
-// instead. A room that fell behind by more steps of the same length would fall behind further.
+// A frame that has to make up for lost time (the machine was busy) costs no more than kCatchUpFramesMax frames: its steps are
+// longer instead. With more steps of the same length a room that is late would fall further behind.
 AdvanceReport SteppedBody::advance(const FrameJob& job) {
-  constexpr int kCatchUpFramesMax = 2;  // more: truer steps, and frames that come later
+  constexpr int kCatchUpFramesMax = 2;  // more: more accurate steps, and later frames
   double step_s = integrator_.step_s;
   const double behind = (seconds(job.target) - body_.time_s) / std::max(kCatchUpFramesMax * seconds(job.frame), 1e-9);
   if (job.frame > Micros{} && behind > 1) step_s *= behind;
-  // Half of what a hand may feel of anything that is not computed, which is a fifth of what the hand-over of patches hides.
+  // Half of the allowance for forces that are not computed, which is a fifth of what the hand-over of patches hides.
   constexpr double kLeftOutForceN = 0.005;
   integrator_.stepper->leave_out(job.may_sleep ? kLeftOutForceN : 0);
   const auto tools = [&](std::size_t k, double t) { return tool(k, from_seconds(t)); };

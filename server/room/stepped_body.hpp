@@ -1,20 +1,20 @@
-// The body of a room and the tools on it, moved from frame to frame: room.hpp says by what.
+// The body of a room and its tools, advanced from frame to frame by the equations of room.hpp.
 //
-// A frame, in this order: samples to tracks, and who left; a reset; ports of those whose tools are on the body
-// (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that is n > 2 nominal frames long, as it
-// fell behind, has steps of n / 2 times their length.
+// A frame, in this order: samples are added to tracks, and tools of stations that left are removed; a reset; ports for tools that
+// join (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that fell behind and is n > 2 nominal
+// frames long uses steps of n / 2 times their length.
 //
-// Tools that cost more than hands do (Stepper::advance() gives up) are let go of, those that went farthest in the frame first,
-// one, then two more, four more ..., and the frame goes on without them: who costs it feels it. They stay off for kOff, and twice
-// as long as before each time that it comes again within kForgiven.
+// If the tools cost more than hands do (Stepper::advance() gives up), some are released, those with the longest path in the frame
+// first: one, then two more, four more ..., and the frame continues without them, so that the hands that cause the cost bear it.
+// They stay released for kOff, and for twice as long as before each time that it happens again within kForgiven.
 //
-// Over a sleeping body the surface stands still, so a tool that was h_0 over it [m] at p_0 is, at p, not lower than
+// Over a sleeping body the surface stands still, so the height of a tool that was h_0 above it [m] at p_0 is at p at least
 //
 //     h >= h_0 - |p - p_0|
 //
-// and the surface is looked for only where that is not enough (MeasuredHeight).
+// and the nearest point of the surface is computed only where that bound is too low (MeasuredHeight).
 //
-// Tools are numbered as their ports are, k < ports().size(). Stations that share the tool of another have no port of their own.
+// Tools have the numbers of their ports, k < ports().size(). Stations that share the tool of another have no port of their own.
 #pragma once
 
 #include <functional>
@@ -35,7 +35,7 @@ namespace palpate {
 
 class SteppedBody {
  public:
-  /// How high over the sleeping body a tool was, and where that was measured.
+  /// Height of a tool above the sleeping body, and the position where it was measured.
   struct MeasuredHeight {
     Vec3 from = Vec3::Zero();
     double height_m = 0;
@@ -47,18 +47,18 @@ class SteppedBody {
     std::optional<LetGo> let_go;
     std::optional<MeasuredHeight> measured_height;
     Grasp grasp;
-    Micros off{};  ///< that it had to stay off when it cost too much last
+    Micros off{};  ///< time for which it stayed released when it last cost too much
     std::optional<Micros> cost_at;
   };
 
   explicit SteppedBody(const Scene& scene);
-  /// As Room's.
+  /// Same as in Room.
   void start(Micros body_time);
   bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed);
   void use_threads(ThreadPool& pool) { integrator_.stepper->use_threads(pool); }
 
-  /// Moves it to the target of the job; nothing where it sleeps until then. Steps that do not converge leave the last good shape,
-  /// at rest and let go of.
+  /// Advances the body to the target of the job; returns none if it sleeps until then. Steps that do not converge leave the last
+  /// good shape, at rest and released.
   std::optional<AdvanceReport> step(const FrameJob& job);
 
   const Scene& scene() const { return scene_; }
@@ -69,26 +69,26 @@ class SteppedBody {
   const BodyState& rest() const { return rest_; }
   const BodyState& state() const { return body_; }
   Micros time() const { return from_seconds(body_.time_s); }
-  /// Until a tool may meet it.
+  /// Returns true until a tool may meet the body.
   bool asleep() const { return asleep_; }
-  /// Whose tools were let go of in the last step(), as they cost too much.
+  /// Returns the stations whose tools were released in the last step() because they cost too much.
   const std::vector<StationId>& too_dear() const { return too_dear_; }
 
   const std::vector<ToolPort>& ports() const { return ports_; }
-  /// Where the surface is nearest to a tool that does not touch.
+  /// Sets the nearest point of the surface to a tool that does not touch.
   void move_point(std::size_t k, const SurfacePoint& point) { ports_[k].point = point; }
-  /// The port of the tool that a station feels with, and of the station's own.
+  /// Returns the port of the tool that a station feels with; for an id, the port of that station's own tool.
   std::optional<std::size_t> port_of(const StationJob& job) const;
   std::optional<std::size_t> port_of(StationId id) const;
-  /// The tool that a station feels with; null where none has come.
+  /// Returns the tool that a station feels with; null if it has no samples.
   const StationTool* tool_of(const StationJob& job) const;
-  /// Tool k in body time: of a grasp its node goes from where it was taken to the tool.
+  /// Returns tool k in body time; in a grasp its node moves from where it was grasped to the tool.
   ToolAt tool(std::size_t k, Micros t) const { return tool_at(tools_.at(port_owner_[k]), t); }
-  /// Of the hand at tool k: of the parabola through where it was now and 30 and 60 ms ago; where it came since its velocity
-  /// alone.
+  /// Returns the motion of the hand at tool k, from the parabola through its positions now and 30 and 60 ms ago; without samples
+  /// that old, its velocity alone.
   HandMotion hand_motion(std::size_t k) const;
-  /// Where the surface is nearest to tool k at `tool`, if it is nearer than `far_m`. Over a sleeping body it is looked for only
-  /// when the tool may have got so near since it was looked for last. `positions()`: of the skin's vertices.
+  /// Returns the nearest point of the surface to tool k at `tool`, if it is nearer than `far_m`. Over a sleeping body it is
+  /// computed only if the tool may have come that close since it was last computed. `positions()`: of the skin's vertices.
   std::optional<NearestPoint> nearest_within(std::size_t k, const Vec3& tool, double far_m,
                                              const std::function<const std::vector<double>&()>& positions);
 
@@ -117,7 +117,7 @@ class SteppedBody {
   double softest_1_s2_;
   Stillness stillness_;
   bool asleep_ = false;
-  std::vector<double> placed_;  // where the skin of a sleeping body is
+  std::vector<double> placed_;  // positions of the skin's vertices of a sleeping body
   std::map<StationId, StationTool> tools_;
   std::vector<StationId> too_dear_;
   std::vector<ToolPort> ports_;

@@ -1,4 +1,4 @@
-// Who is on the body: tools come with their samples and go, and let go where it is put back to rest.
+// Tools of the body: they come and go with their samples, and are released when the body is reset.
 #include <algorithm>
 #include <cassert>
 #include <utility>
@@ -11,7 +11,7 @@
 namespace palpate {
 
 void SteppedBody::take_samples(const FrameJob& job) {
-  constexpr Micros kTrackKept{100'000};  // more than hand_motion() looks back
+  constexpr Micros kTrackKept{100'000};  // longer than hand_motion() looks back
   for (const StationJob& j : job.stations) {
     StationTool& tool = tools_[j.id];
     tool.track.add(j.samples, time());
@@ -66,7 +66,7 @@ const SteppedBody::StationTool* SteppedBody::tool_of(const StationJob& job) cons
 HandMotion SteppedBody::hand_motion(std::size_t k) const {
   const StationTool& station = tools_.at(port_owner_[k]);
   assert(!station.track.empty());
-  constexpr Micros kDifferenceStep{30'000};  // a step of 0.03 mm, an encoder's, is then up to 0.07 m/s^2; longer: lags more
+  constexpr Micros kDifferenceStep{30'000};  // an encoder's step of 0.03 mm makes up to 0.07 m/s^2; longer: lags more
   const Micros now = time();
   if (now - 2 * kDifferenceStep < station.track.begin()) return {tool_at(station, now).velocity, Vec3::Zero()};
   const auto place = [&](Micros t) { return tool_at(station, t).position; };
@@ -77,7 +77,7 @@ HandMotion SteppedBody::hand_motion(std::size_t k) const {
           acceleration / std::max(1.0, acceleration.norm() / kHandAccelerationMostMs2)};
 }
 
-/// The body back to rest while hands are on it, without a step of any hand's force.
+/// Resets the body to rest while hands are on it, without a step in any hand's force.
 void SteppedBody::reset() {
   body_.x = rest_.x;
   body_.history = rest_.history;
@@ -89,13 +89,13 @@ void SteppedBody::reset() {
 void SteppedBody::let_go_of(std::size_t k, Micros off) {
   const ToolPort& port = ports_[k];
   const bool holds = port.kind == ContactKind::attach || port.touching;
-  if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else it left with this very frame
+  if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else its station left in this very frame
     tool->second.let_go = LetGo{time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off};
   ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
   port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
-/// Up to `most` that may touch; false where none may. One that jumps about is outside as often as inside.
+/// Releases up to `most` touching tools; returns false if there is none. A tool that jumps about is outside as often as inside.
 bool SteppedBody::let_go_of_dearest(std::size_t most, Micros begin, Micros until) {
   const auto way_m = [&](std::size_t k) {
     double way = 0;
@@ -105,7 +105,7 @@ bool SteppedBody::let_go_of_dearest(std::size_t most, Micros begin, Micros until
   std::vector<std::pair<double, StationId>> dearest;
   for (std::size_t k = 0; k < ports_.size(); ++k)
     if (ports_[k].kind == ContactKind::touch) dearest.emplace_back(way_m(k), port_owner_[k]);
-  std::sort(dearest.rbegin(), dearest.rend());  // of two that went as far the one that came later
+  std::sort(dearest.rbegin(), dearest.rend());  // between equal paths, the later station first
   dearest.resize(std::min(most, dearest.size()));
   for (const auto& [way, id] : dearest) {
     StationTool& tool = tools_.at(id);

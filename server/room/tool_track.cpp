@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// Where the tool is in the place of `wanted`, as a hand gets no further from `last` until then.
+/// Returns the position of `wanted`, moved towards `last` so that the speed between them stays within kFastestMs.
 Vec3 within_reach(const ToolSample& last, const ToolSample& wanted) {
   const Vec3 way = wanted.position - last.position;
   return last.position + way / std::max(1.0, way.norm() / (ToolTrack::kFastestMs * seconds(wanted.t - last.t)));
@@ -31,7 +31,7 @@ void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
 
 void ToolTrack::leave_out(Micros from, Micros to) { lead_on(at(from).position, to); }
 
-/// From there to its path.
+/// Leads the tool from `from` back to its path.
 void ToolTrack::lead_on(const Vec3& from, Micros body_time) {
   offset_ = from - on_path(body_time).position;
   led_from_ = body_time;
@@ -53,7 +53,7 @@ ToolAt ToolTrack::on_path(Micros t) const {
   if (t > samples_.back().t) {
     const ToolSample& end = samples_.back();
     if (samples_.size() == 1) return {end.position, Vec3::Zero()};
-    // Where samples lie further apart the last two tell.
+    // If samples are further apart, the last two are used.
     const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kVelocityWindow,
                                        [](const ToolSample& s, Micros x) { return s.t < x; });
     const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);

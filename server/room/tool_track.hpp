@@ -1,13 +1,13 @@
-// The path of one tool in body time, from the samples (t_k, x_k) that came so far:
+// The path of one tool in body time, from the samples (t_k, x_k) received so far:
 //     x(t) = x_k + (t - t_k) / (t_(k+1) - t_k) (x_(k+1) - x_k) + (1 - m((t - t_b) / T)) j,   T = kLeadBack,
-// the last term from t_b to t_b + T alone, m the curve of least jerk (minimum_jerk.hpp).
+// with the last term only from t_b to t_b + T, and m the minimum-jerk curve (minimum_jerk.hpp).
 //
-// A path is nowhere faster than kFastestMs, whatever the samples say: a sample that is further away is taken to lie on the way to
-// it. What jumps about would otherwise cost a body many short steps.
+// A path is nowhere faster than kFastestMs, whatever the samples say: a sample that is too far away is moved onto the line
+// towards it. A tool that jumps about would otherwise cost the body many short steps.
 //
-// After the last sample a tool goes on as it went (its mean velocity over the last kVelocityWindow) and comes to rest
-// (tool_prediction.hpp). Samples that come when the body has already gone past them, at t_b, take it back to where it truly was:
-// what the path jumps by there, j, is given back over T, so that no body is torn.
+// After the last sample the tool continues at its mean velocity over the last kVelocityWindow and comes to rest
+// (tool_prediction.hpp). Samples that arrive after the body has passed them, at t_b, correct the path: the resulting jump j of
+// the path at t_b is blended out over T, so that no body is torn.
 #pragma once
 
 #include <cassert>
@@ -20,12 +20,12 @@ namespace palpate {
 
 class ToolTrack {
  public:
-  static constexpr Micros kVelocityWindow{8'000};  ///< a step of 0.03 mm, an encoder's, is then 4 mm/s; longer: lags more
+  static constexpr Micros kVelocityWindow{8'000};  ///< an encoder's step of 0.03 mm makes 4 mm/s; longer: lags more
   static constexpr Micros kLeadBack{100'000};      ///< as long as a tool is dead-reckoned; shorter: faster
-  static constexpr double kFastestMs = 2;          ///< along the path; a hand that taps gets to about 1 m/s
+  static constexpr double kFastestMs = 2;          ///< highest speed [m/s] along the path; a tapping hand reaches about 1 m/s
 
   bool empty() const { return samples_.empty(); }
-  // Of a path that has samples, as all below but add() and forget_before().
+  // Requires a path with samples, as all below except add() and forget_before().
   Micros begin() const {
     assert(!empty());
     return samples_.front().t;
@@ -34,17 +34,17 @@ class ToolTrack {
     assert(!empty());
     return samples_.back().t;
   }
-  /// Ascending; a sample that is not newer than the last one is left out. `body_time`: how far the body has gone along the path.
+  /// Adds ascending samples; one that is not newer than the last is dropped. `body_time`: how far the body has followed the path.
   void add(std::span<const ToolSample> samples, Micros body_time);
-  /// The body goes on at `to` in the place of `from`: the tool is led to where it is then, as by add().
+  /// Skips the body from `from` to `to`: the tool is led to where it is then, as by add().
   void leave_out(Micros from, Micros to);
-  /// All of a path, before any of it was gone along.
+  /// Adds samples to a path that the body has not started to follow.
   void add(std::span<const ToolSample> samples) { add(samples, Micros::min()); }
-  /// Position, and velocity of the segment that ends at or contains `t`.
+  /// Returns the position, and the velocity of the segment that ends at or contains `t`.
   ToolAt at(Micros t) const;
-  /// The same without being led back: where the tool truly was, as far as samples tell.
+  /// Returns the same without the blend: the true path of the tool, as known from its samples.
   ToolAt on_path(Micros t) const;
-  /// Forgets what no call of at() from `t` on needs.
+  /// Drops samples that no call of at() from `t` on needs.
   void forget_before(Micros t);
 
  private:
@@ -52,7 +52,7 @@ class ToolTrack {
   void lead_on(const Vec3& from, Micros body_time);
 
   Micros led_from_{};
-  Vec3 offset_ = Vec3::Zero();  // of at() from the path at led_from_
+  Vec3 offset_ = Vec3::Zero();  // from the path to at(), at led_from_
 };
 
 }  // namespace palpate

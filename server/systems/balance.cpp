@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-/// What rounding may have done to an eigenvalue of Z^T S Z: the bound n eps |Z|^T |S| |Z| of its sums of n terms.
+/// Returns the rounding error of an eigenvalue of Z^T S Z: the bound n eps |Z|^T |S| |Z| of its sums of n terms.
 double rounding_of(const LowRankGramian& z, const SparseMatrix& damping) {
   const Matrix q = z.displacement.cwiseAbs(), v = z.velocity.cwiseAbs();
   const Matrix s_q = damping.cwiseAbs() * q + 2 * v;

@@ -9,9 +9,10 @@
 //     T = Z U diag(hankel)^-1/2,          T^-1 = diag(sigma) T^T S,
 // and the balanced system is again symmetric, now in the signature diag(sigma). Truncated to `order` states
 //     || G - G_r ||_inf <= 2 sum of the Hankel values left out.
-// Values below what rounding (n eps times what is summed for them) or the Gramian's residual (times the largest) make of them
-// are left out of the balanced system: their states are noise, and 1 / hankel would blow it up. Sources: Moore, IEEE TAC 26
-// (1981); Tombs and Postlethwaite, Int. J. Control 46 (1987); for symmetric systems Fernando and Nicholson, IEEE TAC 28 (1983).
+// Hankel values below the error from rounding (n eps times the sum of absolute terms) or from the Gramian's residual (times the
+// largest) are dropped from the balanced system: their states are noise, which 1 / hankel would amplify. Sources: Moore, IEEE TAC
+// 26 (1981); Tombs and Postlethwaite, Int. J. Control 46 (1987); for symmetric systems Fernando and Nicholson, IEEE TAC 28
+// (1983).
 #pragma once
 
 #include "server/linear/low_rank_gramian.hpp"
@@ -21,26 +22,26 @@ namespace palpate {
 
 class BalancedReduction {
  public:
-  /// Throws std::runtime_error when the system is not stable or the Gramian does not converge; says how far it got.
+  /// Throws std::runtime_error if the system is not stable or the Gramian does not converge, with the residual that was reached.
   explicit BalancedReduction(const SecondOrderSystem& system, const BalanceOptions& options = {});
 
-  /// Descending [N/m]; as many as stand above rounding.
+  /// Hankel values, descending [N/m]; those above rounding.
   const Vector& hankel() const { return hankel_; }
   int states() const { return static_cast<int>(hankel_.size()); }
-  /// G_r with `order` states, 0 <= order <= states(), feed-through included.
+  /// Returns G_r with `order` states, 0 <= order <= states(), feed-through included.
   StateSpace truncated(int order) const;
-  /// The first order from `from` on whose truncation is stable: one that parts two equal Hankel values, or lies among those that
-  /// the Gramian's residual has reached, need not be.
+  /// Returns the first order from `from` on whose truncation is stable. One that separates two equal Hankel values, or lies among
+  /// those below the Gramian's residual, may not be.
   int stable_order(int from) const;
-  /// Bound of the H-infinity error of truncated(order) [N/m]: twice the sum of the values left out, those below that floor taken
-  /// as large as it.
+  /// Returns a bound of the H-infinity error of truncated(order) [N/m]: twice the sum of the values left out, where those below
+  /// the error floor count as equal to it.
   double error_bound(int order) const;
-  /// The first `order` columns of T, what each balanced state stands for in the body: 2 n x order, displacements [m] of the free
-  /// coordinates above velocities [m/s] (while the port stands at 0).
+  /// Returns the first `order` columns of T, the shape of each balanced state in the body: 2 n x order, displacements [m] of the
+  /// free coordinates above velocities [m/s] (while the port stands at 0).
   Matrix directions(int order) const { return directions_.leftCols(order); }
-  /// Of the Lyapunov equation, |W^T H W| / |B^T H B|.
+  /// Residual of the Lyapunov equation, |W^T H W| / |B^T H B|.
   double residual() const { return residual_; }
-  /// Columns of Z.
+  /// Number of columns of Z.
   int columns() const { return columns_; }
   int factorisations() const { return factorisations_; }
 

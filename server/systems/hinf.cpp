@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-/// The gain at a frequency, quick after one Schur form: A = U T U^H.
+/// Gain at a frequency, fast after one Schur form: A = U T U^H.
 class Gain {
  public:
   explicit Gain(const StateSpace& system) : d0_(system.d0.cast<Complex>()) {
@@ -38,20 +38,20 @@ void raise(PeakGain& peak, double norm, double omega) {
   if (norm > peak.norm) peak = {norm, omega};
 }
 
-/// Frequencies at which `gamma` is a singular value, ascending; a few more may be among them.
+/// Returns the frequencies at which `gamma` is a singular value, ascending; a few others may be among them.
 std::vector<double> crossings(const StateSpace& y, double gamma) {
   const Eigen::Index n = y.states(), p = y.d0.cols();
   const Matrix r = gamma * gamma * Matrix::Identity(p, p) - y.d0.transpose() * y.d0;
   const Eigen::LDLT<Matrix> inverse(r);
   const Matrix a = y.a + y.b * inverse.solve(y.d0.transpose() * y.c);
-  // Both off-diagonal blocks scaled by gamma, which keeps them of one size.
+  // Both off-diagonal blocks are scaled by gamma, which keeps them of similar size.
   Matrix h(2 * n, 2 * n);
   h.topLeftCorner(n, n) = a;
   h.topRightCorner(n, n) = gamma * y.b * inverse.solve(y.b.transpose());
   h.bottomLeftCorner(n, n) = -(y.c.transpose() * (y.c + y.d0 * inverse.solve(y.d0.transpose() * y.c))) / gamma;
   h.bottomRightCorner(n, n) = -a.transpose();
   const Eigen::VectorXcd values = h.eigenvalues();
-  // A pair that is about to leave the axis is spread by the square root of rounding.
+  // Rounding moves a pair that is about to leave the axis by its square root.
   constexpr double kOnAxis = 1e-6;
   std::vector<double> omega;
   for (const Complex& value : values)

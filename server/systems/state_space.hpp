@@ -8,7 +8,7 @@ namespace palpate {
 
 struct StateSpace {
   Matrix a, b, c;  ///< N x N, N x p, p x N
-  Matrix d0, d1;   ///< p x p feed-through; D1 is the part that grows with s (a damper at the port)
+  Matrix d0, d1;   ///< p x p feed-through; D1 grows with s (a damper at the port)
 
   Eigen::Index states() const { return a.rows(); }
   ComplexMatrix transfer(Complex s) const;
@@ -16,8 +16,8 @@ struct StateSpace {
   Eigen::VectorXcd poles() const;
 };
 
-/// The same G(s) with states z = (M^1/2 q, M^1/2 q' - M^-1/2 B_d d): 2 n states. The output is minus the force on the port's
-/// neighbours, that is y = f of second_order.hpp.
+/// Returns the same G(s) with states z = (M^1/2 q, M^1/2 q' - M^-1/2 B_d d): 2 n states. The output is minus the force on the
+/// port's neighbours, that is y = f of second_order.hpp.
 StateSpace state_space(const SecondOrderSystem& system);
 
 }  // namespace palpate
