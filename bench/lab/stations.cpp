@@ -65,7 +65,7 @@ std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult
   std::vector<Ceiling> best(results.size(), {-kSnrCeilingDb, 0});
   for (const PathPrediction& prediction : {PathPrediction(predicted_to_rest), PathPrediction(predicted_to_go_on)}) {
     const auto forces = ceiling_forces(scene, paths, stamp_ms, prediction, [&](double share) {
-      if (progress) progress("the full model in the place of patches", share);
+      if (progress) progress("the full model instead of patches", share);
     });
     for (std::size_t k = 0; k < results.size(); ++k) {
       std::vector<Vec3> reference;
@@ -151,7 +151,7 @@ void add_stations(CLI::App& app, Run& run) {
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
   c->add_option("--device", flags->device, "none: the motions as given; sim: Phantoms in hands that follow them")
       ->check(one_of({"none", "sim"}));
-  c->add_flag("--no-ceiling", flags->no_ceiling, "leave out what the full model in the place of patches would be worth");
+  c->add_flag("--no-ceiling", flags->no_ceiling, "leave out what the full model instead of patches would be worth");
   flags->link.add_to(*c);
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });

@@ -43,7 +43,7 @@ void draw_clock(const Scenario& s, std::size_t index, StationPlan& plan) {
   plan.drift_ppm = s.drawn_with.drift ? drift : 0;
 }
 
-/// With too few states the patch of a touch does not hold a hand still (docs/concepts/simulated-worlds.md).
+/// With too few states the patch of a touch does not hold a hand still (bench/simulated-worlds.md).
 int draw_order(const Scenario& s, Random& random) {
   constexpr int kModesLeast = 5;
   const int most = max_port_modes(s.scene.tool.contact, Scheme::port);

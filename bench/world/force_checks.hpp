@@ -9,7 +9,7 @@
 //              since none of them felt anything for 50 ms, stays above -kBudgetJ, with kBudgetW per hand forgiven. It is one sum,
 //              as one hand may take out what another put into the body. Skipped ticks do not count: the device holds its force
 //              in them. Judged only if every hand feels `port`, as the schemes that it replaced promise nothing, and if no hand
-//              reacts to another (docs/concepts/simulated-worlds.md)
+//              reacts to another (bench/simulated-worlds.md)
 #pragma once
 
 #include <map>
@@ -60,7 +60,7 @@ class FadeCheck final : public Check {
 
 class PassivityCheck final : public Check {
  public:
-  /// 10 mJ throw a hand of 0.5 kg at 0.2 m/s, or are 1 N over 10 mm. docs/concepts/simulated-worlds.md gives the derivation.
+  /// 10 mJ throw a hand of 0.5 kg at 0.2 m/s, or are 1 N over 10 mm. bench/simulated-worlds.md gives the derivation.
   static constexpr double kBudgetJ = 0.01;
   /// Power that the guard gives back to a cut-off hand (Passivity::kReturnW): 1 N that moves at 5 mm/s.
   static constexpr double kBudgetW = 0.005;

@@ -1,7 +1,7 @@
 // Scenarios drawn from a seed: a body, a server, stations with their hands, devices, links and clocks, and a schedule of faults.
 //
 // Every part has its own generator, seeded by (seed, part, index): leaving one part out changes none of the others, so a failing
-// seed can be reduced by leaving out irrelevant parts. docs/concepts/simulated-worlds.md has the table of all ranges.
+// seed can be reduced by leaving out irrelevant parts. bench/simulated-worlds.md has the table of all ranges.
 //
 // Times: faults lie in [kFirstFaultAt, healed]; at `healed` all faults end (links keep their latency and jitter and lose nothing
 // more); hands rest from `rest` on, touching the body; the world ends at `end`.
@@ -102,7 +102,7 @@ Micros slowest_ever(const Scenario& scenario, std::size_t station, bool up);
 /// that became faster and another that became slower; no exchange of datagrams can distinguish the two, so the error persists
 /// until the earlier exchanges are forgotten.
 Micros misjudged_for(const Scenario& scenario, const Fault& fault);
-/// Longest time from the end of a fault until a fresh patch is in use; docs/concepts/simulated-worlds.md derives it.
+/// Longest time from the end of a fault until a fresh patch is in use; bench/simulated-worlds.md derives it.
 Micros recovery_time(const Scenario& scenario, std::size_t station);
 /// Time by which a station must feel the body again, with everything healed and every clock known.
 Micros recovered_by(const Scenario& scenario, std::size_t station);

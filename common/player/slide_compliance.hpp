@@ -16,7 +16,7 @@
 //
 // Shapes and units: r modes, R_p 3 x r, D r x r, K = diag; C_p, C_0, c_static 3 x 3 [m/N], frame W; w of length 3; s [1/s], theta
 // no unit. What else can go wrong: with too small an s a free body yields without bound; too small a theta counts twice what the
-// modes have. Measured: docs/notebook/0022; why it is not combined with terms: 0036.
+// modes have. Measured: docs/notebook.md, 22; why it is not combined with terms: 36.
 #pragma once
 
 #include "common/port/patch.hpp"
@@ -26,7 +26,7 @@ namespace palpate {
 class SlideCompliance {
  public:
   static constexpr double kShift_1_s = 20;         ///< s: within 50 ms; at 0 a body that nothing holds has no compliance
-  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook/0022): less counts twice what the modes have
+  static constexpr double kMissingShareMin = 0.3;  ///< theta, tuned (docs/notebook.md, 22): less counts twice what the modes have
 
   SlideCompliance() = default;
   /// Computes the reference from R_a and w_a. For the network side of the hand-over, not for the tick.

@@ -40,7 +40,7 @@ struct ContactClosure {
 
 /// Point and normal are those of the end of the tick or stage, too: a contact that slips by more than kSlipToleranceM is closed
 /// again at the new point, at most kSlidesMax times. Closed at the first point, its normal would be a tick old, an error of first
-/// order in the tick (docs/notebook/0037).
+/// order in the tick (docs/notebook.md, 37).
 inline constexpr double kSlipToleranceM = 1e-6;  ///< a tenth of the 0.01 mm to which a hand can be held steady
 inline constexpr int kSlidesMax = 3;             ///< bounds the cost of a tick; a smaller one is faster, with a less exact normal
 

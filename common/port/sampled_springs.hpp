@@ -123,7 +123,7 @@ class SampledForce {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kPaddedSprings, kMaxVariables> motion_;
   Vectors axis_;
   Each length_, turning_, damping_;                    // l, kappa_e, w c_e
-  Each stiffening_, elongation_, in_law_, linear_at_;  // w k c / L^2, and at the stamp e, b_0; where it goes on linearly: of
+  Each stiffening_, elongation_, in_law_, linear_at_;  // w k c / L^2, and at the stamp e, b_0; where it is linear from: of
                                                        // a law that stiffens
   OfVariables braked_, far_stiffness_;                 // B
   ModeMatrix added_mass_;

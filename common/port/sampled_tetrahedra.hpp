@@ -62,7 +62,7 @@ struct SampledTetrahedra {
 class SampledSolidForce {
  public:
   /// Parameters of phi(|dF|): identity up to the first; the second is the largest excess. 1 and 2 cost up to 6 dB where elements
-  /// rotate far (docs/notebook/0029).
+  /// rotate far (docs/notebook.md, 29).
   static constexpr float kFreeGradient = 2, kFurtherGradient = 3;
   using Values = SampledForce::Values;
   using Square = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;

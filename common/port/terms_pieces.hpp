@@ -28,7 +28,7 @@ inline constexpr int kPieceNumbers = 524;         ///< words of 16 bits that 120
 inline constexpr int kUsualPieces = 4;            ///< a frame with these and its patch has at most 6000 bytes
 inline constexpr std::uint8_t kNoHeldNode = 255;  ///< stored in a byte, above any of kMaxSpringNodes
 
-/// What is known before the number of terms is.
+/// Figures that are known before the number of terms is.
 struct TermsBudget {
   int variables = 0;
   bool grasp = false, repaired = false;  ///< repaired: there is an E2

@@ -53,7 +53,7 @@ void describe_flags(CLI::App& app, ServerFlags& o) {
       ->check(number_from(0.0, kMaxDeadband))
       ->capture_default_str();
   app.add_option("--drain-s", o.drain_s,
-                 "at SIGTERM let nobody in any more and wait so long for the hands that are there to leave; a second SIGTERM, or "
+                 "at SIGTERM refuse new sessions and wait up to this long for the clients to leave; a second SIGTERM, or "
                  "SIGINT, ends at once")
       ->check(number_from(0.0, kMostDrainS))
       ->capture_default_str();

@@ -16,7 +16,7 @@ using Matrix = Eigen::MatrixXd;
 /// Both triangles: a product is then one sweep over contiguous rows. The upper one alone, where what is asked for is symmetric.
 enum class Triangles { both, upper };
 
-/// Where the blocks are.
+/// Rows and columns of the blocks.
 class BlockPattern {
  public:
   BlockPattern() = default;

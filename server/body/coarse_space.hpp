@@ -40,7 +40,7 @@ class CoarseSpace {
     std::uint32_t piece = kNone;
   };
   const std::vector<Node>& nodes() const { return nodes_; }
-  /// Of P: motions of all pieces. 0: empty.
+  /// Columns of P: motions of all pieces. 0: empty.
   std::size_t size() const { return static_cast<std::size_t>(k_.rows()); }
   /// nullptr when A_c is not positive definite.
   std::shared_ptr<const CoarseInverse> inverse(double c_m, double c_d);

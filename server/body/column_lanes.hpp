@@ -11,7 +11,7 @@ namespace palpate {
 inline constexpr int kColumnLanes = 4;
 using ColumnLanes = Doubles<kColumnLanes>;
 
-/// What one node does in that many columns.
+/// Rows x, y, z of one node in that many columns.
 struct alignas(sizeof(ColumnLanes)) NodeLanes {
   double x[kColumnLanes], y[kColumnLanes], z[kColumnLanes];
 };

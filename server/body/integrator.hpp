@@ -22,9 +22,10 @@
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
 // (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the
-// point and normal that the tool slides to in the stage. A contact that no hand could hold (is_lost()) ends. A tool that is still
-// inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most event_step_s. The
-// tool's own samples drive every stage.
+// point and normal that the tool slides to in the stage: the point moves on in each iteration, and the law is closed with the
+// slip since the begin of the stage, so that it may come back as well. A contact that no hand could hold (is_lost()) ends. A tool
+// that is still inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most
+// event_step_s. The tool's own samples drive every stage.
 //
 // Source: Bank, Coughran, Fichtner, Grosse, Rose and Smith, IEEE Trans. Electron Devices 32 (1985), also in IEEE Trans. CAD 4;
 // analysis with this gamma, for which both stages have one matrix: Hosea and Shampine, Appl. Numer. Math. 20 (1996).
@@ -50,7 +51,7 @@ struct IntegratorOptions {
   /// Relative, of linear solves: they steer Newton's method, they do not set its answer (docs/decisions/0003-linear-solver.md).
   double solve_tolerance = 0.1;
   double event_step_s = 0.002;  ///< of a step in which a contact begins or ends
-  /// Of Newton's method in one advance(), which then gives up before its next step: for who would rather not know than wait.
+  /// Bound on the iterations of Newton's method in one advance(), which then gives up before its next step.
   int most_iterations = std::numeric_limits<int>::max();
 };
 
@@ -71,7 +72,7 @@ class Integrator final : public Stepper {
  private:
   static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step
   static constexpr int kStageSlidesMax = 12;                // a point may go to and fro across an edge of the surface
-  // Of an advance(), by the steps that it would have uncut.
+  // Bounds of an advance(), by the steps that it would have uncut.
   static constexpr double kNewtonAStep = 120, kTouchedNewtonAStep = 40, kFewestSteps = 5;
 
   struct Stage {
@@ -86,8 +87,8 @@ class Integrator final : public Stepper {
     Skin::Weights b;          // of where the port is
   };
 
-  /// Where a contact was on the body when its stage began, and how far it slips from there by the contact law, beyond how far its
-  /// point has been moved [m].
+  /// Slip of a contact in a stage: its point on the body when the stage began, and how much further than its point has been moved
+  /// since it slips by the contact law [m].
   struct Slip {
     SurfacePoint from;
     Vec3 further = Vec3::Zero();
@@ -105,7 +106,7 @@ class Integrator final : public Stepper {
               AdvanceReport& report);
   bool refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report);
   void place(const Stage& stage, BodyState& state) const;
-  /// Where the skin was placed last.
+  /// Normals at the contacts where the skin was placed last.
   std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports) const;
   /// Moves the points of contacts as far as they slip by the law; false where none has further to go than kSlipToleranceM.
   bool slide_on(std::vector<Slip>& slips, const BodyState& state, std::vector<ToolPort>& ports);

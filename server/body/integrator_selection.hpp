@@ -1,4 +1,4 @@
-// Which integrator a body gets: the cheapest that is stable, by how long its steps may be and what one costs.
+// Selection of a body's integrator: the cheapest that is stable, by how long its steps may be and what one costs.
 //
 //     explicit    (springs (with gaps) * kExplicitNs + hexahedra by their law) / its stable step
 //     stabilised  (springs (with gaps) * kStabilisedNs + hexahedra by their law) * stages / its step, which is shorter where the
@@ -6,10 +6,10 @@
 //     tr-bdf2     springs and edges of elements * kImplicitNs * kNewton / its longest step
 //
 // are the estimated costs of a second of body time. Stabilised steps have to be kStabilisedWorth times cheaper than leapfrog,
-// which is truer, and that has to take more than kLeapfrogMost of a core; explicit ones of either kind kExplicitWorth times
-// cheaper than implicit ones, because the estimate leaves out what touching tools cost: of leapfrog a clipped lattice of 1,500
-// nodes takes a third more than it says with two of them, three times as much with sixteen. A solid with hardly any dampers is
-// stepped explicitly only where the scene says so (ExplicitIntegrator::may_resonate()). One that is grasped has no stabilised
+// which is more accurate, and that has to take more than kLeapfrogMost of a core; explicit ones of either kind kExplicitWorth
+// times cheaper than implicit ones, because the estimate leaves out what touching tools cost: of leapfrog a clipped lattice of
+// 1,500 nodes takes a third more than it says with two of them, three times as much with sixteen. A solid with hardly any dampers
+// is stepped explicitly only where the scene says so (ExplicitIntegrator::may_resonate()). One that is grasped has no stabilised
 // steps: they follow what a node that is moved sends into a body that is nearly incompressible and damped to 1 % in steps of
 // 1 ms, and not at all in longer ones. The constants were measured; no clock is read, so that a scene has the same integrator in
 // every run. Finite elements that are stepped implicitly take shorter ones than the scene's longest as long as these cost no more

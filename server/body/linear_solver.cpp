@@ -30,7 +30,7 @@ bool LinearSolver::factorise(const BlockMatrix& a) {
   if (direct_) return factorise_direct(a);
   a_ = &a;
   batched_ = false;
-  return packed_.pack(a);
+  return ssor_.pack(a);
 }
 
 bool LinearSolver::factorise_direct(const BlockMatrix& a) {
@@ -94,7 +94,7 @@ SolveStats LinearSolver::refine(const Vector& b, double tolerance, Vector& x) {
     const double norm = r_.norm();
     if (!(norm > target)) return stats;
     const double inner = std::max(kInnerTolerance, 0.9 * target / norm);
-    stats.iterations += packed_.solve(r_, inner, x, stats.positive_definite);
+    stats.iterations += ssor_.solve(r_, inner, x, stats.positive_definite);
     // What one inner solve reaches is known from its own recursion, good enough where the tolerance is loose.
     if (!stats.positive_definite || inner > kInnerTolerance) return stats;
   }

@@ -2,7 +2,7 @@
 //
 // Small systems: sparse L D L^T (Eigen, approximate minimum degree), analysed once per pattern. Large systems, and small ones
 // that are dominated by their diagonal (a short time step: the mass rules), where a handful of products is cheaper than one
-// substitution: conjugate gradients with 3x3 block-Jacobi preconditioning, warm-started by the caller's x.
+// substitution: conjugate gradients with 3x3 blocks, preconditioned by SSOR (ssor_cg.hpp), warm-started by the caller's x.
 //
 // The iterations run in single precision on a packed copy of A (half the memory traffic, which is what limits them); residuals
 // are taken in double precision, and the answer is refined until they meet the tolerance. A tolerance down to about 1e-12 can be
@@ -29,8 +29,8 @@ class LinearSolver {
  public:
   enum class Method { automatic, direct, conjugate_gradients };
   static constexpr std::uint32_t kDirectRowsMax = 600;  ///< nodes up to which `automatic` is direct
-  /// Whether that takes less time than conjugate gradients for a body of so many nodes that moves, whose matrix is seldom used
-  /// twice (docs/decisions/0003-linear-solver.md).
+  /// True where factorising takes less time than conjugate gradients for a body of so many nodes that moves, whose matrix is
+  /// seldom used twice (docs/decisions/0003-linear-solver.md).
   static bool factorises(std::uint32_t nodes, bool planar);
 
   explicit LinearSolver(std::uint32_t rows, Method method = Method::automatic);
@@ -43,7 +43,7 @@ class LinearSolver {
   /// The same for several, side by side; a tolerance below BatchConjugateGradients::kTightest is not met. `held` are the nodes
   /// whose rows and columns are those of the identity.
   SolveStats solve(std::span<const SolveColumn> columns, double tolerance, const std::vector<std::uint8_t>& held);
-  /// Whether the matrix of the last factorise() was factorised, rather than kept for conjugate gradients.
+  /// True if the matrix of the last factorise() was factorised, rather than kept for conjugate gradients.
   bool is_direct() const { return direct_; }
 
  private:
@@ -60,7 +60,7 @@ class LinearSolver {
   bool analysed_ = false;
   // iterative
   const BlockMatrix* a_ = nullptr;
-  SsorConjugateGradients packed_;
+  SsorConjugateGradients ssor_;
   BatchConjugateGradients batch_;
   bool batched_ = false;  // batch_ has the matrix of the last factorise()
   Vector r_;

@@ -33,7 +33,7 @@ class SsorConjugateGradients {
   int solve(const Vector& r, double tolerance, Vector& x, bool& positive_definite);
 
  private:
-  /// Of a node: x, y, z and a zero; or a column of a 3x3 block and a zero.
+  /// x, y, z of a node and a zero, or a column of a 3x3 block and a zero.
   struct alignas(16) Quad {
     float v[4];
   };

@@ -1,4 +1,4 @@
-// What every integrator does: it moves a body, with tools on it, on in time.
+// Interface of the integrators, which advance a body with tools on it in time.
 #pragma once
 
 #include <functional>
@@ -25,7 +25,7 @@ struct ToolAt {
   Vec3 position = Vec3::Zero();  ///< [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]
 };
-/// Where tool `port` is at body time `time_s`.
+/// Position and velocity of tool `port` at body time `time_s`.
 using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
 
 struct AdvanceReport {
@@ -56,7 +56,7 @@ class Stepper {
   /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
   virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                 const ToolMotion& tools) = 0;
-  /// Whether advance() leaves nothing behind that the next one could tell, first guesses of solves aside: rollouts may then
+  /// True if advance() leaves nothing behind that the next one could tell, first guesses of solves aside: rollouts may then
   /// use it.
   virtual bool leaves_no_trace() const { return false; }
   /// Forces that may be left out of balance, in total [N], in regions where nothing happens and which need not be computed then;

@@ -18,7 +18,7 @@ struct UpperBlocks {
   std::vector<Pair> pairs;
   std::vector<Mat3> diagonal;
 
-  /// Of all nodes, without pairs yet.
+  /// Makes it a matrix of so many nodes, without pairs yet.
   void clear(std::uint32_t nodes) {
     first.assign(1, 0);
     pairs.clear();

@@ -94,7 +94,7 @@ struct BasisRequest {
 using BasisMemory = std::vector<Vector>;
 
 /// Solves for the body's own loads, F* and M v*, take up to twice the iterations of a port's, and affect few directions.
-inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser; measured: `port` is the same to 0.1 dB (docs/notebook/0030)
+inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser; measured: `port` is the same to 0.1 dB (docs/notebook.md, 30)
 
 /// Share of a direction's length that must be independent of the others for it to be added: less is hardly more than rounding.
 inline constexpr double kIndependentShare = 1e-6;

@@ -32,7 +32,8 @@ class FarField {
  public:
   static constexpr std::size_t kCorners = 8;  ///< per cell
   /// Least number of nodes per cell on average, more if there would be more than kCellsMax cells. Large cells of nearly
-  /// incompressible finite elements are too stiff: 27 nodes cost 1.4 dB; for springs 64 and 125 are as good (docs/notebook/0014).
+  /// incompressible finite elements are too stiff: 27 nodes cost 1.4 dB; for springs 64 and 125 are as good (docs/notebook.md,
+  /// 14).
   static constexpr std::size_t kNodesACell = 27, kNodesASolidCell = 8;
   static constexpr std::size_t kCellsMax = 400;  ///< limits the cost of a patch for large bodies
 

@@ -56,7 +56,7 @@ void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> 
 template <class Bunch>
 class FarTangents {
  public:
-  /// distortion() up to which tangents are kept: always renewing them gains less than 0.3 dB (docs/notebook/0014).
+  /// distortion() up to which tangents are kept: always renewing them gains less than 0.3 dB (docs/notebook.md, 14).
   static constexpr double kKeptDistortionMax = 2e-3;
   using Tangent = CornerTangent<Bunch::kNumbers>;
 

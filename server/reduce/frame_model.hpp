@@ -126,7 +126,7 @@ struct PredictedState {
 
 class FrameModel {
  public:
-  static constexpr std::size_t kHistoryFrames = 4;  ///< more improved some bodies and hurt others (docs/notebook/0023)
+  static constexpr std::size_t kHistoryFrames = 4;  ///< more improved some bodies and hurt others (docs/notebook.md, 23)
   static constexpr double kHistorySpacingS = 0.04;  ///< less than the 50 ms of a frame at 20 Hz: there each counts
   static constexpr double kCoupledShare = 0.3;      ///< least ratio of B_a^T X_o to the geometric mean of the two compliances
   /// Largest ratio of k_o to the tissue's own stiffness: a stiffer contact differs by at most a hundredth of the tissue's

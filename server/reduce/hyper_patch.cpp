@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStiffnessShareLeast = 1e-8;  // of the largest, for a mode without its own stiffness: bounds its unit
 constexpr double kPsdChangeRounding = 1e-9;    // of the largest stiffness: a smaller change is rounding
-constexpr double kBrakingPerStepMax = 3;       // largest eigenvalue of D times a step; measured (docs/notebook/0020)
+constexpr double kBrakingPerStepMax = 3;       // largest eigenvalue of D times a step; measured (docs/notebook.md, 20)
 
 bool is_projected(const Patch& patch, const HyperModel& model) {
   return model.psd_change.cwiseAbs().maxCoeff() > kPsdChangeRounding * patch.stiffness.maxCoeff();

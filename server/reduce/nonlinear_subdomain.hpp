@@ -15,7 +15,7 @@ namespace palpate {
 
 class NonlinearSubdomain {
  public:
-  static constexpr double kReachSpacings = 4;  ///< in node spacings; measured: 3 to 8 are within 1 dB (docs/notebook/0019)
+  static constexpr double kReachSpacings = 4;  ///< in node spacings; measured: 3 to 8 are within 1 dB (docs/notebook.md, 19)
   static constexpr double kKeptSpacings = 1;   ///< a tool that slides by fewer spacings keeps its elements; more: cut less often
 
   /// `body` must outlive it.

@@ -70,7 +70,7 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   if (hyper && !has_nonlinear_elements(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
   if (request.scheme == Scheme::two_layer && dynamics_->body().is_solid()) return fall_back(frame, which, request, Scheme::ring);
   // A matrix that is not definite on fewer coordinates may be definite on all. A body in the middle of a fold is definite for a
-  // faster hand, and its own directions then are better than those of a body that cannot fold (docs/notebook/0025).
+  // faster hand, and its own directions then are better than those of a body that cannot fold (docs/notebook.md, 25).
   constexpr double kFoldShiftFactor = 8;  // measured: 3 then 9, or 4 then 16, give the same within a decibel
   std::vector<SystemVariant> variants{SystemVariant{}};
   if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) variants.push_back({kFoldShiftFactor});

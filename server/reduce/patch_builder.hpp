@@ -81,11 +81,11 @@ struct BuiltPatch {
 
 class PatchBuilder {
  public:
-  /// Default number of states, two per mode. Measured: 44 for a grasp gain less than 0.2 dB (docs/notebook/0015); for a touch
+  /// Default number of states, two per mode. Measured: 44 for a grasp gain less than 0.2 dB (docs/notebook.md, 15); for a touch
   /// limited by a datagram with 12 vertices.
   static constexpr int kAttachOrder = 22, kTouchOrder = 16;
   /// The same for `hyper`: for a grasp all that a datagram holds; for a touch measured: 14 or 16 modes are no more accurate in
-  /// the same bytes (docs/notebook/0023).
+  /// the same bytes (docs/notebook.md, 23).
   static constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
   /// Number of Krylov directions from which the modes of a touch are chosen. Measured: 24 and 32 are the same within 0.1 dB.
   static constexpr int kCandidates = 16;

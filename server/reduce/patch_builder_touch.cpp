@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 /// Ratio of the contact's path to the tool's: it rolls further over an edge of the body, and the body comes towards it. Where few
-/// vertices are sent, more of them lie around the tool's path. Measured: docs/notebook/0039.
+/// vertices are sent, more of them lie around the tool's path. Measured: docs/notebook.md, 39.
 constexpr double kContactDistanceRatio = 1.5;
 
 /// Largest distance of the tool from its position at the stamp, in node spacings; more: a model is used further from its stamp.

@@ -11,7 +11,7 @@
 // is fixed and far. K and D are assembled element by element, with T as each element has it (refined_elements.hpp).
 //
 // K and D of elements with a near node are those of the state; those of the others are kept by FarTangents. A load on near nodes
-// has a stiffer response than on the full body, as with any Galerkin projection: docs/notebook/0014 says by how much. A corner
+// has a stiffer response than on the full body, as with any Galerkin projection: docs/notebook.md, 14 says by how much. A corner
 // that moves no mass is held. F_y uses the forces of elements in single precision. The number of coordinates grows with the
 // tools; there are at most FarField::kCellsMax far cells, whatever the body.
 //
@@ -37,7 +37,7 @@ namespace palpate {
 class RefinedBody final : public BodyOperator {
  public:
   /// Largest distance of a near cell's centre from a tool, in node spacings. Measured: 8 gain less than 0.5 dB
-  /// (docs/notebook/0014, 0019).
+  /// (docs/notebook.md, 14, 19).
   static constexpr double kNearSpacings = 6;
   static constexpr std::size_t kCoarsePieces = 16;    ///< of a coarse space for solves; 64 cost more than the matrix itself
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< for a smaller body the whole body is as good

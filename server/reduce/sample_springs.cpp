@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kNegligibleSprings = 1e-5;  // share of the nonlinearity left out: 1e-6 gains nothing (docs/notebook/0027)
-// Bounds of the slope of a stiffening law, relative to rest; tuned: mass slows steeper springs (docs/notebook/0035).
+constexpr double kNegligibleSprings = 1e-5;  // share of the nonlinearity left out: 1e-6 gains nothing (docs/notebook.md, 27)
+// Bounds of the slope of a stiffening law, relative to rest; tuned: mass slows steeper springs (docs/notebook.md, 35).
 constexpr double kSlopeLeast = 4, kSlopeMost = 100;
 
 /// Megabytes of work space, reused instead of allocated for every patch.
@@ -95,7 +95,7 @@ class NonlinearResidualForce {
 class CandidateSprings {
  public:
   using Sample = SampledSprings;
-  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook/0030, 0041); more take longer.
+  // Measured: 2,000 cost the organ 1.5 dB, 400 `softcore6` 2 to 4 dB (docs/notebook.md, 30, 41); more take longer.
   static constexpr std::size_t kEvaluatedElementsMax = 5000, kCandidatesMax = 600;
   static constexpr int kElementNodes = 2, kChosenMax = kMaxSprings;  // its ends; capacity of the wire
 

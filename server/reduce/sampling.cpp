@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSampleSums = 32;     // measured: 24 cost the organ 1 to 3 dB (docs/notebook/0030)
+constexpr int kSampleSums = 32;     // measured: 24 cost the organ 1 to 3 dB (docs/notebook.md, 30)
 constexpr int kLikeliestAlone = 3;  // samples unmixed: axes of a grasp; for a touch undeviated rollouts or its indentations
 
 using AtSums = Eigen::Matrix<float, Eigen::Dynamic, kSampleSums, Eigen::RowMajor>;

@@ -36,9 +36,9 @@
 namespace palpate {
 
 inline constexpr double kLinearForceShare = 0.1;  ///< smaller errors relative to the linear force are imperceptible
-inline constexpr int kSamples = 72;               ///< measured: more take longer than they gain (docs/notebook/0023)
-inline constexpr float kPortWeight = 4;    ///< for grasped solids; measured: 1 costs 1.3 dB, 8 costs 0.2 (docs/notebook/0043)
-inline constexpr float kFitError = 3e-3F;  ///< tolerance relative to |t|: a third of it gains nothing (docs/notebook/0040)
+inline constexpr int kSamples = 72;               ///< measured: more take longer than they gain (docs/notebook.md, 23)
+inline constexpr float kPortWeight = 4;    ///< for grasped solids; measured: 1 costs 1.3 dB, 8 costs 0.2 (docs/notebook.md, 43)
+inline constexpr float kFitError = 3e-3F;  ///< tolerance relative to |t|: a third of it gains nothing (docs/notebook.md, 40)
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;

@@ -98,8 +98,8 @@ class Candidates {
   }
 
  private:
-  static constexpr int kFullSearchEvery = 8;      // joins; measured: 6 has the same fit and takes longer (docs/notebook/0030)
-  static constexpr std::size_t kLeadersMax = 50;  // searched in between; measured: as good as all (docs/notebook/0024)
+  static constexpr int kFullSearchEvery = 8;      // joins; measured: 6 has the same fit and takes longer (docs/notebook.md, 30)
+  static constexpr std::size_t kLeadersMax = 50;  // searched in between; measured: as good as all (docs/notebook.md, 24)
 
   float value(Eigen::Index k, float with_left) const {
     return with_left > 0 && !barred_[static_cast<std::size_t>(k)] ? with_left / (length_[k] * std::sqrt(costs_.of(k))) : 0;

@@ -11,9 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kGradientStepsMax = 40;           // of conjugate gradients, per round: bounds the time; the result so far is kept
-constexpr double kResidualShare = 3e-2;         // of the first residual's norm; a tenth of it gains nothing (docs/notebook/0017)
-constexpr double kTrialStepLeast = 1e-3;        // of a direction: a shorter trial would be lost in rounding
+constexpr int kGradientStepsMax = 40;     // of conjugate gradients, per round: bounds the time; the result so far is kept
+constexpr double kResidualShare = 3e-2;   // of the first residual's norm; a tenth of it gains nothing (docs/notebook.md, 17)
+constexpr double kTrialStepLeast = 1e-3;  // of a direction: a shorter trial would be lost in rounding
 constexpr double kInterpolatedChangeMax = 0.5;  // of a trial: a step that close to it needs no evaluation of its own
 
 /// Returns the nodes nearest to those of `port`, by number of elements in between, ascending.

@@ -34,9 +34,9 @@ struct IndentationRequest {
 
 class StaticIndentations {
  public:
-  /// Measured: 200 for springs cost the organ 5 dB (docs/notebook/0017), for solids 1.7 dB and a third less time (0029).
+  /// Measured: 200 for springs cost the organ 5 dB (docs/notebook.md, 17), for solids 1.7 dB and a third less time (29).
   static constexpr std::size_t kSubdomainNodes = 300, kSolidSubdomainNodes = 200;
-  static constexpr int kEndRounds = 3;              ///< measured: two cost the organ 2 dB (docs/notebook/0017)
+  static constexpr int kEndRounds = 3;              ///< measured: two cost the organ 2 dB (docs/notebook.md, 17)
   static constexpr double kHandStiffnessRatio = 2;  ///< indentations are two thirds of the hand's displacement; less: shallower
 
   /// For springs or finite elements; `body` must outlive it.

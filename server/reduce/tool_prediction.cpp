@@ -61,7 +61,7 @@ std::vector<Vec3> expected_indentations(const ToolAt& tool, const Vec3& inwards,
 std::vector<Vec3> expected_slides(const Vec3& velocity, const Vec3& normal, const ExpectedSlide& slide) {
   assert(std::abs(normal.norm() - 1) < 1e-6 && slide.time_s >= 0);
   constexpr double kDistinctM = 5e-4;      // shorter slides count as the contact point itself
-  constexpr double kFromRestShare = 0.25;  // of a hand's longest way; measured: all of it costs 4 to 6 dB (docs/notebook/0022)
+  constexpr double kFromRestShare = 0.25;  // of a hand's longest way; measured: all of it costs 4 to 6 dB (docs/notebook.md, 22)
   const Vec3 by_velocity = slide.time_s * velocity;
   const auto along = [&](const Vec3& m) { return m.cross(normal).norm() > kDistinctM; };
   std::vector<Vec3> displacements;

@@ -6,7 +6,7 @@
 //     from rest       kHandAccelerationMs2 t^2 / 2, at most kFromRestMostM
 //
 // The times and accelerations are those with which patches of lattices that were not used for tuning were most accurate
-// (docs/notebook/0017-dents.md, 0022-where-a-hand-slides.md, 0026-where-hands-may-get-to.md); no hand was measured.
+// (docs/notebook.md, 17, 22, 26); no hand was measured.
 #pragma once
 
 #include <vector>
@@ -21,7 +21,7 @@ inline constexpr double kFromRestMostM = 0.012;                  ///< largest di
 inline constexpr double kAccelerationTimeS = 0.05;               ///< time for which a hand's acceleration lasts; tuned
 inline const double kDeadReckoningS = seconds(Micros{100'000});  ///< T, in whole ticks; longer: late stations go too far
 inline constexpr double kPredictableS = 0.15;     ///< time within which no hand gets far off its expected path; tuned
-inline constexpr double kPredictionMostS = 0.25;  ///< no hand is predictable for longer; 0.75 s shook one (docs/notebook/0024)
+inline constexpr double kPredictionMostS = 0.25;  ///< no hand is predictable for longer; 0.75 s shook one (docs/notebook.md, 24)
 
 /// Returns the tool `gone_s` after its last known state.
 ToolAt dead_reckoned(const ToolAt& last, double gone_s);

@@ -2,7 +2,7 @@
 // once for each of them, and x(t) - x* at HandRollout::snapshots moments are snapshots of the basis (snapshot_set.hpp). Of a tool
 // at h* with velocity v, t after the stamp (tool_prediction.hpp),
 //
-//     dead_reckoned   h(t) = h* + v (t - t^2 / (2 T)), slower and slower: as its track goes on when nothing is heard
+//     dead_reckoned   h(t) = h* + v (t - t^2 / (2 T)), slower and slower: as its track continues without samples
 //     else            h(t) = h* + v t + a (t e - e^2 / 2),   e = min(t, kAccelerationTimeS);   at rest after kPredictionMostS
 //
 //     a = 0,  or a_h (accelerates),  or a_h + beside_m_s2;     a_h = (h* - 2 h(-T_d) + h(-2 T_d)) / T_d^2,   T_d = 30 ms,

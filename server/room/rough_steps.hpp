@@ -22,8 +22,8 @@ class RoughSteps {
   /// `dynamics` and `skin` must outlive it.
   RoughSteps(const Dynamics& dynamics, const Skin& skin);
 
-  /// From here on steps of this estimated cost at most, and one more. Whether so many steps are to be had for it, as they were so
-  /// far in the mean.
+  /// Sets a budget, estimated cost of the steps from here on, which the last of them may exceed. Returns true if `steps` steps
+  /// of the mean cost so far fit into it.
   bool allow(double most_s, int steps);
   /// False where that is spent, where it would be by `steps` steps of the usual kind, or where the body is not to be followed:
   /// the state is of no use then.

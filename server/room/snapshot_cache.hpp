@@ -1,6 +1,6 @@
 // Earlier states of the body, and states from warm-start indentations, kept as far as they differ: max |x - x_i| >
 // kDifferenceEdges l for all kept states, l the body's mean edge [m], x 3 N [m]. A basis that includes some of them is more
-// accurate where a hand presses again, and where it first meets a body at rest, which has no past (docs/notebook/0030).
+// accurate where a hand presses again, and where it first meets a body at rest, which has no past (docs/notebook.md, 30).
 //
 // Among the states that had a tool within l of a present one and that differ enough from x, the most informative are chosen one
 // by one, each the farthest from the span of x and those chosen before, as by pivoted Gram-Schmidt of x_i - x,
@@ -25,9 +25,9 @@ namespace palpate {
 
 class SnapshotCache {
  public:
-  static constexpr double kDifferenceEdges = 0.1;  ///< in mean edges; measured: 0.02 to 0.2 are no better (docs/notebook/0030)
+  static constexpr double kDifferenceEdges = 0.1;  ///< in mean edges; measured: 0.02 to 0.2 are no better (docs/notebook.md, 30)
   static constexpr std::size_t kStatesMax = 64;    ///< 12 MB for 8,000 nodes
-  static constexpr std::size_t kChosenMax = 8;     ///< measured: 4 and 6 are worse at 300 ms (docs/notebook/0030)
+  static constexpr std::size_t kChosenMax = 8;     ///< measured: 4 and 6 are worse at 300 ms (docs/notebook.md, 30)
 
   explicit SnapshotCache(double mean_edge_m) : edge_m_(mean_edge_m) {}
 

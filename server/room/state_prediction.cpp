@@ -20,9 +20,9 @@ void StatePrediction::clear() {
   warm_started_.clear();
 }
 
-/// A basis that knows where the body may be is truer there. Snapshots of the cache are less likely to come back than those of
-/// rollouts are to come, and count for less, in finely meshed bodies above all. Bodies that are stepped roughly, solids mostly,
-/// gain nothing by the cache.
+/// A basis that knows where the body may be is more accurate there. Snapshots of the cache are less likely to come back than
+/// those of rollouts are to come, and count for less, in finely meshed bodies above all. Bodies that are stepped roughly, solids
+/// mostly, gain nothing by the cache.
 std::vector<PredictedState> StatePrediction::states(const std::vector<std::size_t>& tools, Micros horizon) {
   std::vector<PredictedState> predicted;
   if (!body_->asleep()) predicted = hand_rollouts(horizon);

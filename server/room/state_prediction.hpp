@@ -1,4 +1,4 @@
-// Where the body may be until the next patches, for snapshots of their bases (snapshot_set.hpp): rollouts of its hands
+// States that the body may be in until the next patches, for snapshots of their bases (snapshot_set.hpp): rollouts of its hands
 // (hand_rollouts.hpp), states that it was in before (snapshot_cache.hpp), and of a body at rest a warm-start indentation.
 //
 // A rollout costs what the body costs over its time, c tau, c its cost by the selection of the integrator [s/s]; as many are run
@@ -22,7 +22,7 @@ class StatePrediction {
  public:
   /// Both must outlive it.
   StatePrediction(SteppedBody& body, FrameModel& frame_model);
-  /// Of another body, or hands that are not those of before.
+  /// Forgets everything: the body, or the hands on it, are others.
   void clear();
   /// For the patches of these tools, in a frame that has begun. None of rollouts where the likeliest does not get to its end.
   std::vector<PredictedState> states(const std::vector<std::size_t>& tools, Micros horizon);

@@ -114,7 +114,7 @@ PHRASES = [(re.compile(r"\b" + BETWEEN_WORDS.join(phrase.split()), re.I), usual)
     (r"mends everything\b", "clears all faults"),
     (r"the wish for scheme\b", "lets the server choose the scheme"),
 ]]
-PHRASES_PLACES = ("docs/notebook/",)  # history
+PHRASES_PLACES = ("docs/notebook.md",)  # history
 
 TEXT = {".cpp", ".hpp", ".c", ".h", ".py", ".cmake", ".txt", ".md", ".fbs", ".json", ".yml", ".yaml", ".sh", ".in"}
 

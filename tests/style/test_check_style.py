@@ -72,7 +72,7 @@ class CheckStyle(unittest.TestCase):
             self.assert_breach("docs/a.md", 4, text, "phrases")
             self.assert_breach("server/body/a.cpp", 2, f"int x;  // {text}", "phrases")
         self.assert_breach("server/body/a.hpp", 2, "/// A patch that takes over in the\n/// place of another one.", "phrases")
-        self.assert_clean("docs/notebook/0001-a.md", "what is dearer goes on\n")
+        self.assert_clean("docs/notebook.md", "what is dearer goes on\n")
         self.assert_clean("server/body/a.cpp", 'const char* goes_on = "it goes on";  // what goes on top\nint truer = 1;\n')
         self.assert_clean("server/body/a.py", "# in the place of\n")
 
