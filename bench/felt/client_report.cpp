@@ -28,7 +28,7 @@ void read_summary(const std::filesystem::path& file, ClientReport& report) {
   const Json summary = Json::parse(in, nullptr, false);
   if (!summary.is_object()) return;
   const Json run = summary.value("run", Json::object());
-  report.scheme = current_scheme_name(run.value("scheme", ""));
+  report.scheme = run.value("scheme", "");
   report.chosen_by_server = run.value("scheme_asked", report.scheme) == kAutoName;
   const Json scene = run.value("scene", Json::object());
   report.scene = scene.value("name", "");
@@ -56,7 +56,7 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
   ClientReport r;
   std::vector<std::string> compared;
   for (std::size_t c = kFirst; c < header.size(); c += kEach)
-    compared.emplace_back(current_scheme_name(header[c].substr(0, header[c].rfind("_fx_n"))));
+    compared.emplace_back(header[c].substr(0, header[c].rfind("_fx_n")));
   read_summary(folder / "summary.json", r);
   const std::string scheme = r.scheme + (r.chosen_by_server ? " (auto)" : "");
   const std::string felt = !felt_name.empty() ? felt_name : !scheme.empty() ? scheme : "felt";

@@ -18,7 +18,7 @@
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "server/body/unload.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 
 namespace palpate {
 namespace {

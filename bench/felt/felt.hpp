@@ -1,4 +1,4 @@
-// Compares the force felt in a real run with the full model: palpate-felt, and the sub-command `felt` of palpate-lab.
+// Compares the force felt in a real run with the full model: palpate-fidelity, and the sub-command `felt` of palpate-lab.
 #pragma once
 
 #include "bench/output/experiment.hpp"

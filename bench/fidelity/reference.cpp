@@ -6,7 +6,7 @@
 
 #include "server/body/settle.hpp"
 #include "server/room/grasp.hpp"
-#include "server/room/let_go.hpp"
+#include "server/room/release_fade.hpp"
 
 namespace palpate {
 namespace {
@@ -55,7 +55,7 @@ struct ReferenceModel::State {
     ToolPort port;
     port.kind = scene.tool.contact;
     port.node = scene.tool.node;
-    port.parameters = {scene.tool.coupling_n_m, scene.tool.friction};
+    port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
     ports.push_back(port);
     tool_of.push_back(k);
     let_go[k].reset();
@@ -72,7 +72,7 @@ struct ReferenceModel::State {
   BodyState body, rest;
   std::vector<ToolTrack> tracks;
   std::vector<Grasp> grasps;
-  std::vector<std::optional<LetGo>> let_go;
+  std::vector<std::optional<ReleaseFade>> let_go;
   std::vector<ToolPort> ports;
   std::vector<std::size_t> tool_of;  // parallel to ports
   std::int64_t ticks = 0;
@@ -124,7 +124,7 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
 void ReferenceModel::reset() {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
-  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.let_go[k] = LetGo{now, force(k)};
+  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.let_go[k] = ReleaseFade{now, force(k)};
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.ports.clear();

@@ -30,7 +30,7 @@ int run_draw(const DrawFlags& flags) {
 void add_draw(CLI::App& app, Run& run) {
   auto flags = std::make_shared<DrawFlags>();
   CLI::App* c =
-      app.add_subcommand("draw", "scenes drawn by chance, for `truth --scenes` and others: the same of the same numbers");
+      app.add_subcommand("draw", "scenes drawn by chance, for `accuracy --scenes` and others: the same of the same numbers");
   c->add_option("--first", flags->first, "number of the first; even ones are grasped, odd ones touched")->capture_default_str();
   c->add_option("--count", flags->count, "how many")->capture_default_str()->check(number_from(1, 10'000));
   c->add_flag("--solid", flags->solid, "of finite elements instead of springs");

@@ -14,7 +14,7 @@ void add_draw(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
 void add_live(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);
-void add_truth(CLI::App& app, Run& run);
+void add_accuracy(CLI::App& app, Run& run);
 void add_pareto(CLI::App& app, Run& run);
 void add_stations(CLI::App& app, Run& run);
 void add_load(CLI::App& app, Run& run);

@@ -25,14 +25,6 @@ Scheme available_scheme(const std::string& name) {
   throw InputError("--scheme " + name, scheme ? "is not in this build" : "is no scheme", "one of " + names);
 }
 
-CLI::Validator current_name() {
-  return {[](std::string& typed) {
-            typed = current_scheme_name(typed);
-            return std::string();
-          },
-          "", "today's name of a scheme"};
-}
-
 void LinkFlags::add_to(CLI::App& command) {
   command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
   auto* rtt = command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(number_from<double>(0, 10'000));

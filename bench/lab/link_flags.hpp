@@ -16,8 +16,6 @@ namespace palpate {
 std::vector<Scheme> available_schemes();
 /// Throws InputError, with the available names, for another name.
 Scheme available_scheme(const std::string& name);
-/// Validator for flags that name schemes: old names are accepted, and recorded as today's names.
-CLI::Validator current_name();
 
 struct LinkFlags {
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;

@@ -253,10 +253,7 @@ void add_live(CLI::App& app, Run& run) {
   c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
   add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE")->required();
-  c->add_option("--scheme", flags->scheme, "how patches are made")
-      ->transform(current_name())
-      ->type_name("NAME")
-      ->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
   c->add_option("--duration-s", flags->duration_s, "of the motion's beginning; default: all of it")
       ->check(number_from<double>(1.5, 3600));
   flags->link.add_to(*c);

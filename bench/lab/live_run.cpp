@@ -17,7 +17,7 @@
 #include "common/io/mapped_file.hpp"
 #include "common/io/udp_relay.hpp"
 #include "common/record/reader.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 
 extern char** environ;
 
@@ -61,7 +61,7 @@ class LiveServer {
     thread_.join();
   }
 
-  ServerShell shell_;
+  UdpServer shell_;
   std::exception_ptr failure_;
   std::thread thread_;
 };

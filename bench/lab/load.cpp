@@ -29,12 +29,12 @@ struct Row {
 };
 
 constexpr Row kRows[] = {
-    {"linearise", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::linearise)]; }},
-    {"solve", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::solve)]; }},
-    {"basis", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::basis)]; }},
-    {"project", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::project)]; }},
-    {"rollouts", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::rollouts)]; }},
-    {"rest_of_patches", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(PatchPart::other)]; }},
+    {"linearise", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(BuildPhase::linearise)]; }},
+    {"solve", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(BuildPhase::solve)]; }},
+    {"basis", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(BuildPhase::basis)]; }},
+    {"project", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(BuildPhase::project)]; }},
+    {"rollouts", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(BuildPhase::rollouts)]; }},
+    {"rest_of_patches", [](const ServerLoad& l) { return l.patch_ms[static_cast<std::size_t>(BuildPhase::other)]; }},
     {"take", [](const ServerLoad& l) { return l.take_ms; }},
     {"emit", [](const ServerLoad& l) { return l.emit_ms; }},
     {"all_but_step", [](const ServerLoad& l) { return l.beside_step_ms(); }},
@@ -103,10 +103,7 @@ void add_load(CLI::App& app, Run& run) {
   c->add_option("--rate-hz", flags->rate_hz, "frames a second")
       ->check(number_from<double>(kMinRateHz, kMaxRateHz))
       ->capture_default_str();
-  c->add_option("--scheme", flags->scheme, "how patches are made")
-      ->transform(current_name())
-      ->type_name("NAME")
-      ->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
   c->add_option("--out", flags->out, "folder for summary.json")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_load(*flags); }; });

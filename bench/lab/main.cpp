@@ -36,7 +36,7 @@ const std::vector<Question>& questions() {
         {add_haptic, "haptic --rtt-ms 120 --out out/haptic"},
         {add_gesture, "gesture --scene scenes/organ.json --kind tour --out out/tour.csv"}}},
       {"Which scheme, and how far away may the server be?",
-       {{add_truth, "truth --quick --only cube6,touch-cube --out out/truth"},
+       {{add_accuracy, "accuracy --quick --only cube6,touch-cube --out out/accuracy"},
         {add_masking, "masking --quick --out out/masking"},
         {add_pareto, "pareto --quick --out out/pareto"},
         {add_dominance, "dominance --scene scenes/organ-solid.json --out out/dominance"}}},

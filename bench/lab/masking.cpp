@@ -311,10 +311,7 @@ void add_masking(CLI::App& app, Run& run) {
   c->add_option("--route", flags->route,
                 "around the round trip of a measured route instead of 150 ms: san-francisco, bangalore, buenos-aires, shanghai")
       ->type_name("NAME");
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")
-      ->transform(current_name())
-      ->type_name("NAME")
-      ->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_option("--axes", flags->axes, "these sweeps beside the link of the promise (20 ms jitter, 5 % loss), or none of them")
       ->delimiter(',')
       ->check(one_of({"rtt", "jitter", "loss", "burst", "none"}));

@@ -1,7 +1,7 @@
 // Points of `palpate-lab pareto`, of three kinds:
 //
 // - the body alone (a pushed cube: size, damping, integrator, step); its error is that of the holding force against finer steps;
-// - a patch (scene, scheme, states, round trip); its error is that of the felt force in the examination, as in `truth`;
+// - a patch (scene, scheme, states, round trip); its error is that of the felt force in the examination, as in `accuracy`;
 // - a mesh of a body whose continuum solution is known from elsewhere (a case of bench/tissue/tissue_case.hpp, element, cells);
 // its error is that of the case, its cost that of a second of the same body, pushed at its highest node in steps of 10 ms.
 #pragma once

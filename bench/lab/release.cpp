@@ -119,7 +119,7 @@ void add_release(CLI::App& app, Run& run) {
   c->add_option("--scene", flags->scene, "scene file (JSON) with a grasp; without: the cube of scenes/cube6.json")
       ->type_name("FILE");
   add_mesh_folders(*c, flags->mesh_folders);
-  c->add_option("--scheme", flags->scheme, "how patches are made")->transform(current_name())->type_name("NAME");
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME");
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
       ->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);

@@ -222,7 +222,6 @@ void add_replay(CLI::App& app, Run& run) {
       ->check(number_from<double>(0, kMostSeconds))
       ->default_str("");
   c->add_option("--scheme", flags->scheme, "how patches are made; auto: as a server chooses that has the time")
-      ->transform(current_name())
       ->type_name("NAME")
       ->required();
   c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")

@@ -3,7 +3,7 @@
 #include <sys/resource.h>
 
 #include "server/body/unload.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 
 namespace palpate {
 namespace {
@@ -24,7 +24,7 @@ Used used() {
 IdleCost idle_server(std::span<const std::filesystem::path> scenes, double wait_s) {
   std::vector<NamedScene> rooms;
   for (const auto& file : scenes) rooms.push_back({"room " + std::to_string(rooms.size() + 1), open_scene(file)});
-  ServerShell shell(rooms, {.listen = "127.0.0.1:0", .threads = rooms.size()}, {});
+  UdpServer shell(rooms, {.listen = "127.0.0.1:0", .threads = rooms.size()}, {});
   constexpr std::chrono::milliseconds kBegun{500};  // the first frames are over
   Used before, after;
   asio::steady_timer begin(shell.context(), kBegun);

@@ -158,10 +158,7 @@ void add_stability(CLI::App& app, Run& run) {
       "stability", "maps of where hand, device and display are stable together, for every scheme; --body: of the full model");
   c->add_flag("--body", flags->body, "the full model alone: bodies, steps and pulls at their extremes");
   c->add_flag("--solid", flags->solid, "the cube of finite elements instead of springs");
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")
-      ->transform(current_name())
-      ->type_name("NAME")
-      ->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "a look: few points of each kind");
   c->add_option("--only", flags->only, "one point, as cells.csv begins: SCHEME,CONTACT,HAND,... with its trace")
       ->type_name("POINT");

@@ -144,10 +144,7 @@ void add_stations(CLI::App& app, Run& run) {
   c->add_option("--duration-s", flags->duration_s, "length of the motions")
       ->check(number_from<double>(0.5, 600))
       ->capture_default_str();
-  c->add_option("--scheme", flags->scheme, "how patches are made")
-      ->transform(current_name())
-      ->type_name("NAME")
-      ->capture_default_str();
+  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
   c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
   c->add_option("--device", flags->device, "none: the motions as given; sim: Phantoms in hands that follow them")
       ->check(one_of({"none", "sim"}));

@@ -1,4 +1,4 @@
-// The four gestures of a hand that examines a body, joined to one motion, as `palpate-lab truth` plays it.
+// The four gestures of a hand that examines a body, joined to one motion, as `palpate-lab accuracy` plays it.
 //
 //     press    10 mm in within 0.3 s, held, and up again
 //     stroke   6 mm in, then 15 mm sideways and back along it within 1 s, up again

@@ -23,7 +23,7 @@ class Loopback {
         motions_(motions),
         stopwatch_(stopwatch) {
     room_.start(kLoadBegin);
-    room_.listen([this](PatchPart part) { enter(&load.patch_ms[static_cast<std::size_t>(part)]); });
+    room_.listen([this](BuildPhase part) { enter(&load.patch_ms[static_cast<std::size_t>(part)]); });
     for (std::size_t k = 0; k < motions.size(); ++k) {
       ClientOptions client;
       client.hello.station = "station " + std::to_string(k + 1);
@@ -61,7 +61,7 @@ class Loopback {
     enter(&load.step_ms);
     FrameResult result = room_.simulate(job);
     if (result.failed) throw std::runtime_error("server_load: a frame did not converge");
-    enter(&load.patch_ms[static_cast<std::size_t>(PatchPart::other)]);
+    enter(&load.patch_ms[static_cast<std::size_t>(BuildPhase::other)]);
     room_.build_patches(job, result);
     for (const StationFrame& station : result.stations) load.patches += station.patch.has_value();
     ++load.frames;

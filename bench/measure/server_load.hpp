@@ -7,14 +7,14 @@
 #include <array>
 
 #include "bench/fidelity/replay.hpp"
-#include "server/reduce/patch_part.hpp"
+#include "server/reduce/build_phase.hpp"
 
 namespace palpate {
 
 struct ServerLoad {
   int frames = 0;
   double step_ms = 0;                               ///< per frame: the body's step
-  std::array<double, kPatchParts> patch_ms{};       ///< per frame: the patches of all stations, by PatchPart
+  std::array<double, kPatchParts> patch_ms{};       ///< per frame: the patches of all stations, by BuildPhase
   double take_ms = 0;                               ///< per frame: datagrams received (decoded, checked, ordered), ticks
   double emit_ms = 0;                               ///< per frame: datagrams made
   double up_bytes_per_s = 0, down_bytes_per_s = 0;  ///< per station, UDP payload

@@ -70,8 +70,8 @@ bool is_possible(const StabilityPoint& p) {
 }
 
 double port_stiffness_n_m(const Scene& scene) {
-  const bool soft_contact = scene.tool.contact == ContactKind::touch && scene.tool.coupling_n_m > 0;
-  return 1 / (port_compliance_m_n(scene) + (soft_contact ? 1 / scene.tool.coupling_n_m : 0.0));
+  const bool soft_contact = scene.tool.contact == ContactKind::touch && scene.tool.contact_stiffness_n_m > 0;
+  return 1 / (port_compliance_m_n(scene) + (soft_contact ? 1 / scene.tool.contact_stiffness_n_m : 0.0));
 }
 
 Scene with_port_stiffness(Scene scene, double stiffness_n_m) {

@@ -1,4 +1,4 @@
-// Record of what was run, the object "run" of every result file of palpate-lab and palpate-felt.
+// Record of what was run, the object "run" of every result file of palpate-lab and palpate-fidelity.
 //
 //     program, version, experiment
 //     scheme, order, seed      as given or by default, if the experiment has such a flag

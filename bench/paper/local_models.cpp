@@ -95,7 +95,7 @@ SecondOrderSystem krylov_moments(const Specimen& specimen, const SecondOrderSyst
           system.b_k(row, j) + shift_1_s * system.b_d(row, j);
     ports.push_back(b);
   }
-  BasisMemory memory;
+  WarmStarts memory;
   const Vector balanced = Vector::Zero(specimen.dynamics().masses().size());
   const auto basis = krylov_basis(at, solver, ports, {}, balanced, {modes, shift_1_s, 1e-10}, memory);
   if (!basis) throw std::runtime_error("krylov_moments: the shifted matrix is not definite");

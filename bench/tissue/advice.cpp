@@ -11,7 +11,7 @@
 #include "bench/measure/pushed_cube.hpp"
 #include "bench/tissue/advised_body.hpp"
 #include "common/base/error.hpp"
-#include "server/body/finger_stiffness.hpp"
+#include "server/body/surface_stiffness.hpp"
 #include "server/body/touch_places.hpp"
 #include "server/io/frame_cost.hpp"
 #include "server/room/room.hpp"
@@ -80,7 +80,7 @@ class Adviser {
     mesh.held = static_cast<std::size_t>(std::ranges::count_if(scene.body.fixed, [](auto f) { return f != 0; }));
     mesh.cells = scene.body.hexahedra.size();
     mesh.filled_share = 1 - scene.body.left_out_share;
-    for (const FingerStiffness& place : finger_stiffnesses(scene, places_))
+    for (const SurfaceStiffness& place : finger_stiffnesses(scene, places_))
       mesh.compliances_m_n.push_back(1 / place.stiffness_n_m);
     if (mesh.compliances_m_n.empty())
       throw InputError("the body",
@@ -147,7 +147,7 @@ class Adviser {
   /// Measures with a hand at each of these places; the slowest counts, together with earlier measurements.
   void measure(AdvisedMesh& mesh, const std::vector<Vec3>& places) const {
     const Scene scene = scene_of(mesh.spacing_m, advice_.step_s);
-    for (const FingerStiffness& place : finger_stiffnesses(scene, places)) {
+    for (const SurfaceStiffness& place : finger_stiffnesses(scene, places)) {
       const std::optional<FrameCost> cost = frame_cost(scene, place, request_.rate_hz, stopwatch_);
       const Scheme scheme = cost && cost->ms(Scheme::hyper, 1) <= most_ms() ? Scheme::hyper : Scheme::port;
       const double frame_ms = cost ? cost->ms(scheme, 1) : kNever;

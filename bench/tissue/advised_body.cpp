@@ -26,7 +26,7 @@ double area_of(const TriangleMesh& mesh) {
 }
 
 /// Heights of points that fill the solid evenly, ascending.
-std::vector<double> heights_inside(const Solid& solid) {
+std::vector<double> heights_inside(const SignedDistance& solid) {
   constexpr int kAcross = 24;
   const Eigen::AlignedBox3d box = solid.bounds();
   const Vec3 step = box.sizes() / kAcross;
@@ -40,7 +40,7 @@ std::vector<double> heights_inside(const Solid& solid) {
   return heights;
 }
 
-void choose_support(const AdviceRequest& request, const Solid& solid, AdvisedBody& body) {
+void choose_support(const AdviceRequest& request, const SignedDistance& solid, AdvisedBody& body) {
   const std::vector<double> heights = heights_inside(solid);
   const double low = solid.bounds().min().z(), height = body.size_m.z();
   double share = request.held_share.value_or(kLeastHeld);

@@ -42,8 +42,8 @@ std::string draw_tool(Random& random, bool attach, double spacing_m) {
   const double friction = random.uniform(0, 0.8), coupling = random.uniform(300, 1500);
   const double radius = random.chance(0.5) ? random.uniform(1.05, 1.6) * spacing_m : 0;
   if (attach) return "{ \"contact\": \"attach\" }";
-  return fmt::format("{{ \"contact\": \"touch\", \"mu\": {:.6g}, \"coupling_n_m\": {:.6g}, \"radius_m\": {:.6g} }}", friction,
-                     coupling, radius);
+  return fmt::format("{{ \"contact\": \"touch\", \"mu\": {:.6g}, \"contact_stiffness_n_m\": {:.6g}, \"radius_m\": {:.6g} }}",
+                     friction, coupling, radius);
 }
 
 }  // namespace

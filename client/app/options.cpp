@@ -32,7 +32,7 @@ struct Typed {
                       compare, passivity = "auto", report, record, realtime = "auto", key, token;
   int order = 0;
   std::uint64_t seed = 1;
-  double coupling_n_m = 0, coupling_n_s_m = 0;
+  double contact_stiffness_n_m = 0, coupling_n_s_m = 0;
   bool check_link = false, reset = false, list_devices = false;
   std::optional<std::string> check_device;
   std::optional<double> duration_s, release_s;
@@ -102,7 +102,8 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
                  "off: neither; auto: on, and observe for --device replay, which nobody feels")
       ->type_name("auto|off|observe|on")
       ->capture_default_str();
-  app.add_option("--coupling-n-m", typed.coupling_n_m, "stiffness of a virtual coupling between device and model; 0: none")
+  app.add_option("--coupling-n-m", typed.contact_stiffness_n_m,
+                 "stiffness of a virtual coupling between device and model; 0: none")
       ->check(number_from(0.0, kMostCouplingNM))
       ->capture_default_str();
   app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "damping of the virtual coupling")
@@ -226,9 +227,9 @@ std::uint16_t order_of(int typed) {
 }
 
 CouplingParameters coupling_of(const Typed& typed) {
-  if (typed.coupling_n_s_m > 0 && typed.coupling_n_m <= 0)
+  if (typed.coupling_n_s_m > 0 && typed.contact_stiffness_n_m <= 0)
     throw InputError("--coupling-n-s-m", "without a stiffness", "--coupling-n-m above 0");
-  return {typed.coupling_n_m, typed.coupling_n_s_m, 0};
+  return {typed.contact_stiffness_n_m, typed.coupling_n_s_m, 0};
 }
 
 /// Refuses empty values, the result of an unset shell variable.

@@ -292,7 +292,7 @@ std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
   return 0;
 }
 
-std::size_t ClientCore::say(Body body, std::span<std::byte> out, Micros now) {
+std::size_t ClientCore::say(Payload body, std::span<std::byte> out, Micros now) {
   const bool stranger = std::holds_alternative<Hello>(body);
   const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
   const auto size = encode(message, out);

@@ -146,7 +146,7 @@ class ClientCore {
   void join_again(Micros now);
   void let_go();
   bool has_unsent() const { return unsent_ > 0 && options_.hello.shadow_of.empty(); }
-  std::size_t say(Body body, std::span<std::byte> out, Micros now);
+  std::size_t say(Payload body, std::span<std::byte> out, Micros now);
   std::size_t emit_samples(std::span<std::byte> out, Micros now);
 
   ClientOptions options_;

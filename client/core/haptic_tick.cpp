@@ -24,13 +24,13 @@ double compliance_of_touch(const Patch& patch) {
       moves += patch.point.weight[static_cast<Eigen::Index>(k)] * vertex(k).rows.col(mode).dot(normal);
     if (patch.stiffness[mode] > kNoStiffness) compliance += moves * moves / patch.stiffness[mode];
   }
-  return patch.coupling_n_m > 0 ? compliance + 1 / patch.coupling_n_m : compliance;
+  return patch.contact_stiffness_n_m > 0 ? compliance + 1 / patch.contact_stiffness_n_m : compliance;
 }
 
 /// Returns the largest rate at which a patch's force grows against a tool that moves in the next tick [N/m].
 double stiffness_of(const Patch& patch, double dt_s) {
   if (patch.constant) return 0;
-  if (patch.contact == ContactKind::touch) return patch.coupling_n_m;
+  if (patch.contact == ContactKind::touch) return patch.contact_stiffness_n_m;
   return (patch.k_port + patch.d_port / dt_s).norm();
 }
 

@@ -235,7 +235,7 @@ std::size_t ViewCore::say_state(std::span<std::byte> out, Micros now) {
   return say(state_, out, now);
 }
 
-std::size_t ViewCore::say(Body body, std::span<std::byte> out, Micros now) {
+std::size_t ViewCore::say(Payload body, std::span<std::byte> out, Micros now) {
   const bool stranger = std::holds_alternative<Hello>(body);
   const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
   const std::size_t size = encode(message, out);

@@ -106,7 +106,7 @@ class ViewCore {
   void join_again(Micros now);
   void ask_for_mesh(Micros now);
   std::size_t say_state(std::span<std::byte> out, Micros now);
-  std::size_t say(Body body, std::span<std::byte> out, Micros now);
+  std::size_t say(Payload body, std::span<std::byte> out, Micros now);
 
   Hello hello_;
   ViewLink link_ = ViewLink::joining;

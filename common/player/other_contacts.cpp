@@ -5,13 +5,13 @@
 
 namespace palpate {
 
-double share_of_next_step(double coupling_n_m, const Mat3& moved) noexcept {
-  return coupling_n_m > 0 ? 0.5 / std::max(coupling_n_m * moved.trace(), 1.0) : 0.0;
+double share_of_next_step(double contact_stiffness_n_m, const Mat3& moved) noexcept {
+  return contact_stiffness_n_m > 0 ? 0.5 / std::max(contact_stiffness_n_m * moved.trace(), 1.0) : 0.0;
 }
 
 OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double dt_s)
     : count_(patch.others.count),
-      parameters_{patch.coupling_n_m, patch.friction},
+      parameters_{patch.contact_stiffness_n_m, patch.friction},
       dt_(dt_s),
       moves_for_s_(seconds(patch.load_for)) {
   for (std::size_t j = 0; j < patch.others.tools().size(); ++j) {
@@ -21,7 +21,7 @@ OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double 
     const PortRows& rows = contact.tool.rows;
     contact.response = psi0 * rows.transpose();
     const Mat3 moved = rows * contact.response.topRows(rows.cols());
-    contact.share_next = share_of_next_step(parameters_.coupling_n_m, moved);
+    contact.share_next = share_of_next_step(parameters_.contact_stiffness_n_m, moved);
     contact.compliance = contact.tool.c_static + (1 - contact.share_next) * moved;
     if (!contact.touching) continue;
     // At the stamp the modes are at zero, so c_static alone determines the push.

@@ -23,7 +23,7 @@
 namespace palpate {
 
 /// s: share of a contact's push that counts in the next step, where the modes yield by `moved` to a push that lasts a step [m/N].
-double share_of_next_step(double coupling_n_m, const Mat3& moved) noexcept;
+double share_of_next_step(double contact_stiffness_n_m, const Mat3& moved) noexcept;
 
 class OtherContacts {
  public:

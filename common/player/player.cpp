@@ -251,7 +251,7 @@ void PatchPlayer::update_response() noexcept {
   response_ = point_.weight[0] * responses_.middleCols<3>(3 * corners[0]);
   for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
   const Mat3 moved = rows * response_.topRows(r);
-  share_before_ = share_of_next_step(patch_.coupling_n_m, moved);
+  share_before_ = share_of_next_step(patch_.contact_stiffness_n_m, moved);
   compliance_ += (1 - share_before_) * moved;
 }
 
@@ -298,7 +298,7 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     slid_.setZero();
     has_response_ = false;
   }
-  const ContactParameters parameters{patch_.coupling_n_m, patch_.friction};
+  const ContactParameters parameters{patch_.contact_stiffness_n_m, patch_.friction};
   ContactClosure closure;
   for (int slides = 0;; ++slides) {
     if (!has_response_) update_response();

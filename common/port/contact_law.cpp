@@ -8,12 +8,12 @@ namespace palpate {
 
 ContactClosure close_contact(const Vec3& p_free, const Mat3& compliance, const Vec3& normal, const Vec3& tool,
                              const ContactParameters& parameters) noexcept {
-  assert(std::abs(normal.squaredNorm() - 1) < 1e-6 && parameters.coupling_n_m >= 0 && parameters.friction >= 0);
+  assert(std::abs(normal.squaredNorm() - 1) < 1e-6 && parameters.contact_stiffness_n_m >= 0 && parameters.friction >= 0);
   // A rigid tool on a point without compliance has no finite solution; with this 1 um of depth is 1 kN, beyond any device's
   // limit.
   constexpr double kComplianceFloor_m_n = 1e-9;
   Mat3 w = compliance;
-  w.diagonal().array() += parameters.coupling_n_m > 0 ? 1.0 / parameters.coupling_n_m : kComplianceFloor_m_n;
+  w.diagonal().array() += parameters.contact_stiffness_n_m > 0 ? 1.0 / parameters.contact_stiffness_n_m : kComplianceFloor_m_n;
 
   ContactClosure result;
   const Vec3 gap = tool - p_free;

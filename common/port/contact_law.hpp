@@ -27,8 +27,8 @@
 namespace palpate {
 
 struct ContactParameters {
-  double coupling_n_m = 0;  ///< k_c, 0 = rigid
-  double friction = 0;      ///< mu
+  double contact_stiffness_n_m = 0;  ///< k_c, 0 = rigid
+  double friction = 0;               ///< mu
 };
 
 struct ContactClosure {

@@ -63,7 +63,7 @@ TetraLanes turned_by(const std::array<TetraLane, 4>& q) {
 }
 
 /// Computes R' from F', in doubles like the body's.
-void find(const TetraLanes& f, TetraTurn& turned) {
+void find(const TetraLanes& f, ElementRotation& turned) {
   Mat<kTetraLane> of, r;
   Quaternion<kTetraLane> q;
   for (std::size_t i = 0; i < 9; ++i)
@@ -78,7 +78,7 @@ void find(const TetraLanes& f, TetraTurn& turned) {
 
 /// The same by Newton's method from an R' nearby, rotating by 2 atan(|w| / 2) instead of atan |w|: of the same order, without a
 /// root. Returns false where that does not lead there.
-bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, TetraTurn& turned) {
+bool turn_to(const TetraLanes& at_stamp, const TetraLanes& df, ElementRotation& turned) {
   constexpr int kNewtonStepsMax = 4;        // third order: two steps bring |w| = 0.1 below rounding
   constexpr float kNearTurnSquare = 2;      // limit of |w|^2: beyond, R' is not near, and Newton's method may not converge
   constexpr float kLastTurnSquare = 1e-5F;  // limit of |w|^2: the third power of such a rotation, 3e-8, is lost in rounding
@@ -115,7 +115,7 @@ struct NeoHookeanResidual {
   TetraLanes c;
   TetraLane f, q, det, d, e, j;
 
-  NeoHookeanResidual(const TetraStamp& at, const TetraLanes& df)
+  NeoHookeanResidual(const ElementLinearisation& at, const TetraLanes& df)
       : c(cofactors_of(df)),
         f(inner(at.f, df)),
         q(inner(df, df)),
@@ -125,7 +125,7 @@ struct NeoHookeanResidual {
         j(inner(at.g, df) + e) {}
 };
 
-TetraLanes neo_hookean_stress(const TetraStamp& at, const TetraLanes& df) {
+TetraLanes neo_hookean_stress(const ElementLinearisation& at, const TetraLanes& df) {
   const NeoHookeanResidual b(at, df);
   const TetraLane inverse = 1 / (at.size * (at.size + b.d));
   const TetraLane by_df = at.mu * b.d * inverse, by_f = at.mu * (b.q * at.size - 2 * b.f * b.d) * inverse / at.size;
@@ -164,7 +164,7 @@ struct InvariantResidual {
   TetraLane y;
   Eigen::Array<bool, kTetraLane, 1> smooth;
 
-  InvariantResidual(const TetraStamp& at, const TetraLanes& df)
+  InvariantResidual(const ElementLinearisation& at, const TetraLanes& df)
       : c(cofactors_of(df)), x(mixed_cofactors(at.f, df)), q(inner(df, df)), det(inner(df, c) * (1.0F / 3)) {
     e = inner(at.f, c) + det;
     j = inner(at.g, df) + e;
@@ -175,12 +175,12 @@ struct InvariantResidual {
   }
 
   /// Returns e at the other end.
-  TetraLane growth(const TetraStamp& at) const {
+  TetraLane growth(const ElementLinearisation& at) const {
     const TetraLane there = at.size + y;
     return there.min(kGrowthEnd).exp() * (1 + (there - kGrowthEnd).max(0.0F));
   }
   /// Computes the change of e and its part beyond first order, both without mu_1.
-  void changes(const TetraStamp& at, TetraLane& first, TetraLane& second) const {
+  void changes(const ElementLinearisation& at, TetraLane& first, TetraLane& second) const {
     const TetraLane beyond = second_of_exp(y);
     first = at.growth * (beyond + y);
     second = at.growth * beyond;
@@ -190,21 +190,21 @@ struct InvariantResidual {
     second = smooth.select(second, direct - slope_of(at) * y).eval();
   }
   /// Returns the integral of e over the change of I_1, minus its first and second order in delta.
-  TetraLane integral(const TetraStamp& at) const {
+  TetraLane integral(const ElementLinearisation& at) const {
     const TetraLane small = delta * y.square() * (1.0F / 6);  // where y is 0 the quotient below is undefined
     const TetraLane of_exp = (y.abs() < 1e-3F).select(small, third_of_exp(y) / at.exponent.max(1e-20F));
     const TetraLane direct = (integral_from_rest(at.size + y) - integral_from_rest(at.size)) / at.exponent.max(1e-20F) -
                              at.growth * delta - 0.5F * slope_of(at) * y * delta;
     return smooth.select(at.growth * of_exp, direct);
   }
-  static TetraLane slope_of(const TetraStamp& at) { return at.size.min(kGrowthEnd).exp(); }
+  static TetraLane slope_of(const ElementLinearisation& at) { return at.size.min(kGrowthEnd).exp(); }
   static TetraLane integral_from_rest(const TetraLane& size) {
     const TetraLane end = size.min(kGrowthEnd).exp(), beyond = (size - kGrowthEnd).max(0.0F);
     return end - 1 + end * beyond * (1 + 0.5F * beyond);
   }
 };
 
-TetraLanes invariant_stress(const TetraStamp& at, const TetraLanes& df) {
+TetraLanes invariant_stress(const ElementLinearisation& at, const TetraLanes& df) {
   const InvariantResidual b(at, df);
   TetraLane first, second;
   b.changes(at, first, second);
@@ -218,7 +218,7 @@ TetraLanes invariant_stress(const TetraStamp& at, const TetraLanes& df) {
   return q;
 }
 
-TetraLane invariant_energy(const TetraStamp& at, const TetraLanes& df) {
+TetraLane invariant_energy(const ElementLinearisation& at, const TetraLanes& df) {
   const InvariantResidual b(at, df);
   return 0.5F * at.mu * b.integral(at) + 0.25F * at.slope * b.rest * (2 * b.delta - b.rest) +
          0.5F * at.mu_2 * (2 * inner(b.x, b.c) + inner(b.c, b.c)) + 0.5F * at.lambda * b.e * (2 * b.j - b.e) +
@@ -229,11 +229,11 @@ struct CorotationalResidual {
   Axial first;  // W t
   TetraLane r, e;
 
-  CorotationalResidual(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change)
+  CorotationalResidual(const ElementLinearisation& at, const TetraLanes& df, const TetraLanes& change)
       : first(times(at.w, axial_part(df))), r(df[0] + df[4] + df[8]), e(inner(change, sum(at.f, df))) {}
 };
 
-TetraLanes corotational_stress(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change) {
+TetraLanes corotational_stress(const ElementLinearisation& at, const TetraLanes& df, const TetraLanes& change) {
   const CorotationalResidual b(at, df, change);
   const TetraLane by_turned = at.lambda * b.e, by_change = by_turned + at.lambda * b.r;
   const TetraLanes first = skew(b.first);
@@ -243,13 +243,13 @@ TetraLanes corotational_stress(const TetraStamp& at, const TetraLanes& df, const
   return q;
 }
 
-TetraLane neo_hookean_energy(const TetraStamp& at, const TetraLanes& df) {
+TetraLane neo_hookean_energy(const ElementLinearisation& at, const TetraLanes& df) {
   const NeoHookeanResidual b(at, df);
   const TetraLane z = b.d / at.size, first = 2 * b.f / at.size;
   return 0.5F * at.mu * (z - z.log1p() - 0.5F * first.square()) + 0.5F * at.lambda * b.e * (2 * b.j - b.e) + at.pressure * b.det;
 }
 
-TetraLane corotational_energy(const TetraStamp& at, const TetraLanes& df, const TetraLanes& change) {
+TetraLane corotational_energy(const ElementLinearisation& at, const TetraLanes& df, const TetraLanes& change) {
   const CorotationalResidual b(at, df, change);
   return (0.5F * at.lambda * at.size - at.mu) * (2 * b.e - inner(skew(b.first), df)) + 0.5F * at.lambda * b.e * (b.e + 2 * b.r);
 }
@@ -258,7 +258,7 @@ TetraLane corotational_energy(const TetraStamp& at, const TetraLanes& df, const 
 struct MembraneResidual {
   TetraLanes x, y;
 
-  MembraneResidual(const TetraStamp& at, const TetraLanes& df) : y(transposed_product(df, df)) {
+  MembraneResidual(const ElementLinearisation& at, const TetraLanes& df) : y(transposed_product(df, df)) {
     const TetraLanes cross = transposed_product(at.f, df);
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j) x[3 * i + j] = 0.5F * (cross[3 * i + j] + cross[3 * j + i]);
@@ -269,19 +269,19 @@ struct MembraneResidual {
 TetraLane trace_of(const TetraLanes& m) { return m[0] + m[4] + m[8]; }
 
 /// Returns A S(E).
-TetraLanes pulled(const TetraStamp& at, const TetraLanes& a, const TetraLanes& e) {
+TetraLanes pulled(const ElementLinearisation& at, const TetraLanes& a, const TetraLanes& e) {
   TetraLanes p = product(a, e);
   const TetraLane volume = at.lambda * trace_of(e);
   for (std::size_t i = 0; i < 9; ++i) p[i] = 2 * at.mu * p[i] + volume * a[i];
   return p;
 }
 
-TetraLanes membrane_stress(const TetraStamp& at, const TetraLanes& df) {
+TetraLanes membrane_stress(const ElementLinearisation& at, const TetraLanes& df) {
   const MembraneResidual b(at, df);
   return sum(pulled(at, at.f, b.y), pulled(at, df, sum(b.x, b.y)));
 }
 
-TetraLane membrane_energy(const TetraStamp& at, const TetraLanes& df) {
+TetraLane membrane_energy(const ElementLinearisation& at, const TetraLanes& df) {
   const MembraneResidual b(at, df);
   const TetraLane own = trace_of(b.y);
   return at.mu * (2 * inner(b.x, b.y) + inner(b.y, b.y)) + at.lambda * own * (trace_of(b.x) + 0.5F * own);
@@ -293,12 +293,12 @@ Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation) {
   return law == SolidLaw::corotational ? polar_rotation(deformation) : Eigen::Matrix3d::Identity();
 }
 
-TetraTurn::TetraTurn() {
+ElementRotation::ElementRotation() {
   for (std::size_t i = 0; i < 4; ++i) q[i] = TetraLane::Constant(i == 0 ? 1.0F : 0.0F);
   d.fill(TetraLane::Zero());
 }
 
-TetraStamp::TetraStamp() {
+ElementLinearisation::ElementLinearisation() {
   for (TetraLanes* const lanes : {&f, &g, &w})
     for (std::size_t i = 0; i < 9; ++i) (*lanes)[i] = TetraLane::Constant(i % 4 == 0 ? 1.0F : 0.0F);
   size = TetraLane::Constant(4);
@@ -306,8 +306,8 @@ TetraStamp::TetraStamp() {
   growth = TetraLane::Ones();
 }
 
-void TetraStamp::set(int lane, const LawParameters& parameters, const Eigen::Matrix3d& deformation, double mu_l,
-                     double lambda_l) {
+void ElementLinearisation::set(int lane, const LawParameters& parameters, const Eigen::Matrix3d& deformation, double mu_l,
+                               double lambda_l) {
   law = parameters;
   const SolidLaw kind = law.kind;
   Eigen::Matrix3d of_f = deformation;
@@ -362,19 +362,20 @@ void TetraStamp::set(int lane, const LawParameters& parameters, const Eigen::Mat
   shear[lane] += static_cast<float>(difference->set(lane, law, deformation, mu_l, of_lambda));
 }
 
-void TetraStamp::spread() {
+void ElementLinearisation::spread() {
   const auto all = [](TetraLane& lane) { lane = TetraLane::Constant(lane[0]); };
   for (TetraLanes* const lanes : {&f, &g, &w}) std::for_each(lanes->begin(), lanes->end(), all);
   for (TetraLane* const lane : {&size, &mu, &lambda, &pressure, &mu_2, &exponent, &growth, &slope, &shear}) all(*lane);
   if (difference) difference->spread();
 }
 
-void turn(const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept {
+void turn(const ElementLinearisation& at, const TetraLanes& df, ElementRotation& turned) noexcept {
   if (at.law.kind != SolidLaw::corotational) return;
   if (!turn_to(at.f, df, turned)) find(sum(at.f, df), turned);
 }
 
-TetraLanes nonlinear_residual_stress(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+TetraLanes nonlinear_residual_stress(const ElementLinearisation& at, const TetraLanes& df,
+                                     const ElementRotation& turned) noexcept {
   TetraLanes q;
   if (at.law.kind == SolidLaw::ogden)
     q.fill(TetraLane::Zero());
@@ -388,7 +389,8 @@ TetraLanes nonlinear_residual_stress(const TetraStamp& at, const TetraLanes& df,
   return q;
 }
 
-TetraLane nonlinear_residual_energy(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept {
+TetraLane nonlinear_residual_energy(const ElementLinearisation& at, const TetraLanes& df,
+                                    const ElementRotation& turned) noexcept {
   TetraLane energy = TetraLane::Zero();
   if (is_of_invariants(at.law.kind))
     energy = invariant_energy(at, df);

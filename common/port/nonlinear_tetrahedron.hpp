@@ -52,15 +52,15 @@ namespace palpate {
 Eigen::Matrix3d frame_of(SolidLaw law, const Eigen::Matrix3d& deformation);
 
 /// Rotation of a corotational tetrahedron since the stamp.
-struct TetraTurn {
+struct ElementRotation {
   std::array<TetraLane, 4> q;  ///< w, x, y, z of R'
   TetraLanes d;                ///< R' - 1
 
   /// No rotation.
-  TetraTurn();
+  ElementRotation();
 };
 /// A tetrahedron of one material at a deformation gradient, in every lane its own.
-struct TetraStamp {
+struct ElementLinearisation {
   TetraLanes f, g;       ///< F; G, for a corotational one 1
   TetraLanes w;          ///< W for a corotational one
   TetraLane size;        ///< s, for a corotational one c, for laws of both invariants b I_1
@@ -72,7 +72,7 @@ struct TetraStamp {
   std::optional<TetraDifference> difference;  ///< for ogden, and for fibres
 
   /// A tetrahedron without stiffness.
-  TetraStamp();
+  ElementLinearisation();
   /// Sets a lane. `deformation` in its frame, in which its fibres run along F a. `mu_l`, `lambda_l`: Lame's parameters of small
   /// strains. All lanes have the same law.
   void set(int lane, const LawParameters& law, const Eigen::Matrix3d& deformation, double mu_l, double lambda_l);
@@ -81,10 +81,11 @@ struct TetraStamp {
 };
 
 /// Updates the rotation to dF, from the stamp or better from a little before; no effect where the law does not rotate.
-void turn(const TetraStamp& at, const TetraLanes& df, TetraTurn& turned) noexcept;
+void turn(const ElementLinearisation& at, const TetraLanes& df, ElementRotation& turned) noexcept;
 /// Return Q, and the energy beyond the second order. `turned`: rotation at dF.
-TetraLanes nonlinear_residual_stress(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
-TetraLane nonlinear_residual_energy(const TetraStamp& at, const TetraLanes& df, const TetraTurn& turned) noexcept;
+TetraLanes nonlinear_residual_stress(const ElementLinearisation& at, const TetraLanes& df,
+                                     const ElementRotation& turned) noexcept;
+TetraLane nonlinear_residual_energy(const ElementLinearisation& at, const TetraLanes& df, const ElementRotation& turned) noexcept;
 
 /// Returns P_v.
 TetraLanes viscous_stress(const TetraLane& mu, const TetraLane& lambda, const TetraLanes& f, const TetraLanes& rate) noexcept;

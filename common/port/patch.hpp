@@ -101,7 +101,7 @@ struct PatchBranch {
   PronyBranch prony;
   BoundedMatrix<kMaxModes + 3, 1> pull;  ///< pull_k [N for d, kg^1/2 m/s^2 for q]
 };
-struct PatchFading {
+struct PatchRelaxation {
   int count = 0;
   std::array<PatchBranch, kMaxPronyBranches> of;
   std::span<PatchBranch> branches() { return std::span(of).first(static_cast<std::size_t>(count)); }
@@ -136,14 +136,14 @@ struct Patch {
   Mat3 k_port = Mat3::Zero(), d_port = Mat3::Zero();       ///< K_p, D_p, symmetric
   ModePort b_k, b_d;
 
-  PatchFading fading;
+  PatchRelaxation fading;
 
   // touch
-  double coupling_n_m = 0;       ///< k_c of the contact law, 0 = rigid
-  double friction = 0;           ///< Coulomb mu
-  bool touching = false;         ///< contact state at the stamp
-  SurfacePoint point;            ///< contact point (touching) or nearest point, on `surface`
-  Mat3 c_static = Mat3::Zero();  ///< compliance that no mode carries [m/N]
+  double contact_stiffness_n_m = 0;  ///< k_c of the contact law, 0 = rigid
+  double friction = 0;               ///< Coulomb mu
+  bool touching = false;             ///< contact state at the stamp
+  SurfacePoint point;                ///< contact point (touching) or nearest point, on `surface`
+  Mat3 c_static = Mat3::Zero();      ///< compliance that no mode carries [m/N]
   PortSurface surface;
   PatchOthers others;  ///< contacts with the coupling and friction above
 

@@ -72,7 +72,7 @@ bool sizes_agree(const Patch& p) {
 }
 
 void check_surface_numbers(const Patch& p, Numbers& numbers) {
-  numbers.within(p.coupling_n_m, 0, 1e9);
+  numbers.within(p.contact_stiffness_n_m, 0, 1e9);
   numbers.within(p.friction, 0, kMaxFriction);
   numbers.all(p.c_static, kMaxCompliance_m_n);
   numbers.all(p.point.weight, 2);
@@ -95,7 +95,7 @@ void check_other_tools(const PatchOthers& others, Numbers& numbers) {
   }
 }
 
-void check_fading(const PatchFading& fading, Numbers& numbers) {
+void check_fading(const PatchRelaxation& fading, Numbers& numbers) {
   double share = 0;
   for (const PatchBranch& branch : fading.branches()) {
     numbers.within(branch.prony.share, 0, 1);

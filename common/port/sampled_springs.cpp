@@ -46,17 +46,18 @@ Eigen::Matrix3Xf SampledSprings::spans() const {
 
 Eigen::ArrayXd SampledSprings::steepest() const {
   Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(count());
-  for (std::size_t e = 0; e < steep.size(); ++e) slopes[static_cast<Eigen::Index>(e)] = std::exp2(steep[e] / kStepsPerOctave);
+  for (std::size_t e = 0; e < max_slope.size(); ++e)
+    slopes[static_cast<Eigen::Index>(e)] = std::exp2(max_slope[e] / kStepsPerOctave);
   return slopes;
 }
 
 std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes) {
   assert(slopes.size() == 0 || slopes.allFinite());
-  std::vector<std::uint8_t> steep;
+  std::vector<std::uint8_t> max_slope;
   for (const double slope : slopes)
-    steep.push_back(
+    max_slope.push_back(
         static_cast<std::uint8_t>(std::clamp(std::ceil(kStepsPerOctave * std::log2(std::max(1.0, slope))), 0.0, 255.0)));
-  return steep;
+  return max_slope;
 }
 
 Eigen::MatrixXf SampledSprings::motions(int tool) const {
@@ -121,11 +122,11 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
     in_law_ = of_each(in_law, 0);
   }
   const Each braked = damping_ * dot(axis_, moved(rate.cast<float>())) / length_;
-  braked_.resize(variables_, variables_);
+  damping_at_stamp_.resize(variables_, variables_);
   for (int i = 0; i < variables_; ++i) {
     const Vectors delta = moved(Values::Unit(variables_, i));
     const Each along = dot(axis_, delta);
-    braked_.col(i) = collect(sum(braked, delta, -braked * along, axis_)).cast<double>();
+    damping_at_stamp_.col(i) = collect(sum(braked, delta, -braked * along, axis_)).cast<double>();
   }
   move_to(Values::Zero(variables_));
 }
@@ -199,7 +200,7 @@ void SampledForce::damping(const Values& rate, Values& change, Values& at_stamp)
   const Each now = damping_ * dot(there, motion) / dot(there, there).max(kSpringLengthMinM * kSpringLengthMinM);
   const Each before = damping_ * dot(axis_, motion);
   change = collect(sum(now, there, -before, axis_));
-  at_stamp = (braked_ * u_.cast<double>()).cast<float>();
+  at_stamp = (damping_at_stamp_ * u_.cast<double>()).cast<float>();
 }
 
 }  // namespace palpate

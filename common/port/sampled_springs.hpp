@@ -53,14 +53,14 @@ inline constexpr int kMaxVariables = kMaxModes + 3;  ///< n: the modes, and the 
 inline constexpr int kMaxSprings = 160, kMaxSpringNodes = 80;
 
 struct SampledSprings {
-  NodeMotion motion;                ///< V_i
-  Eigen::Matrix3Xf position;        ///< x_i [m], with any origin
-  Eigen::Matrix2Xi ends;            ///< a and b
-  Eigen::VectorXf rest_length;      ///< L [m]
-  Eigen::VectorXf stiffness;        ///< w k [N/m]
-  Eigen::VectorXf damping;          ///< w c [N s/m]
-  float stiffening = 0;             ///< c of the law, 0: linear
-  std::vector<std::uint8_t> steep;  ///< 16 log2 sigma, for a law that stiffens
+  NodeMotion motion;                    ///< V_i
+  Eigen::Matrix3Xf position;            ///< x_i [m], with any origin
+  Eigen::Matrix2Xi ends;                ///< a and b
+  Eigen::VectorXf rest_length;          ///< L [m]
+  Eigen::VectorXf stiffness;            ///< w k [N/m]
+  Eigen::VectorXf damping;              ///< w c [N s/m]
+  float stiffening = 0;                 ///< c of the law, 0: linear
+  std::vector<std::uint8_t> max_slope;  ///< 16 log2 sigma, for a law that stiffens
   int count() const { return static_cast<int>(rest_length.size()); }
   /// d
   Eigen::Matrix3Xf spans() const;
@@ -125,7 +125,7 @@ class SampledForce {
   Each length_, turning_, damping_;                    // l, kappa_e, w c_e
   Each stiffening_, elongation_, in_law_, linear_at_;  // w k c / L^2, and at the stamp e, b_0; where it is linear from: of
                                                        // a law that stiffens
-  OfVariables braked_, far_stiffness_;                 // B
+  OfVariables damping_at_stamp_, far_stiffness_;       // B
   ModeMatrix added_mass_;
   Values u_;
   Deformed deformed_;

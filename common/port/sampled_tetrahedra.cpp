@@ -82,8 +82,8 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
   const int count = (next + kTetraLane - 1) / kTetraLane, modes = variables_ - tool;
   Eigen::MatrixXd steepest = Eigen::MatrixXd::Zero(modes, modes);
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
-    group_[k].stamp = TetraStamp();
-    group_[k].turned = TetraTurn();
+    group_[k].stamp = ElementLinearisation();
+    group_[k].turned = ElementRotation();
     group_[k].viscous_mu = group_[k].viscous_lambda = TetraLane::Zero();
   }
   for (int e = 0; e < m; ++e) {
@@ -96,7 +96,7 @@ SampledSolidForce::SampledSolidForce(const SampledTetrahedra& solid, int tool, d
     const auto shear = static_cast<double>(solid.shear[e]), dilation = static_cast<double>(solid.dilation[e]);
     const int at_place = place[static_cast<std::size_t>(e)];
     Group& group = group_[static_cast<std::size_t>(at_place / kTetraLane)];
-    TetraStamp& at = group.stamp;
+    ElementLinearisation& at = group.stamp;
     const int lane = at_place % kTetraLane;
     const LawParameters law = solid.is_triangle(e) ? LawParameters{SolidLaw::membrane, 0, {}, {}} : solid.law;
     const Eigen::Matrix3d frame = frame_of(law.kind, f);

@@ -95,12 +95,12 @@ class SampledSolidForce {
   static constexpr int kGroupsMax = (kMaxTetrahedra + kTetraLane - 1) / kTetraLane + 1;  // triangles are in groups of their own
 
   struct Group {
-    TetraStamp stamp;
+    ElementLinearisation stamp;
     TetraLane viscous_mu, viscous_lambda;  // times w V
     TetraLanes df;                         // phi dF / |dF|, in their frames
     bool free;                             // true: no |dF| is beyond kFreeGradient,
     TetraLane part, slope;                 // else phi / |dF| and phi'
-    TetraTurn turned;
+    ElementRotation turned;
   };
   // sums over elements of the quantities of a variable, one lane each
   using Sums = std::array<TetraLane, kMaxVariables>;

@@ -5,12 +5,7 @@ namespace palpate {
 std::optional<Scheme> scheme_from_name(std::string_view name) {
   for (std::size_t i = 0; i < kSchemeNames.size(); ++i)
     if (kSchemeNames[i] == name) return static_cast<Scheme>(i);
-  return name == kOlderNameOfHyper ? std::optional(Scheme::hyper) : std::nullopt;
-}
-
-std::string_view current_scheme_name(std::string_view name) {
-  const std::optional<Scheme> scheme = scheme_from_name(name);
-  return scheme ? name_of(*scheme) : name;
+  return std::nullopt;
 }
 
 bool is_available(Scheme scheme) {

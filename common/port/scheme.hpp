@@ -13,14 +13,10 @@ enum class Scheme : std::uint8_t { hold, filtered, tangent, ring, two_layer, bal
 /// In the order of Scheme.
 inline constexpr std::array<std::string_view, 8> kSchemeNames{"hold",      "filtered", "tangent", "ring",
                                                               "two-layer", "balanced", "port",    "hyper"};
-/// Older name of hyper: accepted wherever a scheme is named, never written.
-inline constexpr std::string_view kOlderNameOfHyper = "cubic";
 
 inline std::string_view name_of(Scheme s) { return kSchemeNames[static_cast<std::size_t>(s)]; }
-/// Returns the scheme of a name, or of the older name; empty for any other name.
+/// Returns the scheme of a name; empty for any other name.
 std::optional<Scheme> scheme_from_name(std::string_view name);
-/// Returns the current name of a scheme that was called `name`; `name` itself where it names no scheme.
-std::string_view current_scheme_name(std::string_view name);
 /// True when this build serves the scheme.
 bool is_available(Scheme scheme);
 

@@ -131,12 +131,12 @@ Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexc
 }
 
 Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept {
-  assert(i + 1 < s.first.size() && (s.lean.empty() || i < s.lean.size()));
+  assert(i + 1 < s.first.size() && (s.normal_correction.empty() || i < s.normal_correction.size()));
   Vec3 sum = Vec3::Zero();
   for (std::uint32_t k = s.first[i]; k < s.first[i + 1]; ++k) sum += area_normal(s, x, s.incident[k]);
   const double norm = sum.norm();
   if (norm > 0) sum /= norm;
-  return s.lean.empty() ? sum : Vec3(sum + s.lean[i]);
+  return s.normal_correction.empty() ? sum : Vec3(sum + s.normal_correction[i]);
 }
 
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept {

@@ -3,7 +3,7 @@
 // Vertices x_i [m], triangles (a, b, c) counter-clockwise seen from outside, a point p = sum_k w_k x_(t_k) of triangle t with
 // barycentric weights w_k >= 0, sum 1:
 //
-//     normal of a vertex    n_i = A_i / |A_i| + lean_i,   A_i = sum over triangles around i of (x_b - x_a) x (x_c - x_a)
+//     normal of a vertex    n_i = A_i / |A_i| + c_i,   A_i = sum over triangles around i of (x_b - x_a) x (x_c - x_a)
 //     normal of a point     n = sum_k w_k n_(t_k), of length 1: continuous along the surface, so a sliding force has no jumps
 //     nearest point to y    p* = argmin over all triangles of |p - y|, by Voronoi regions of the triangle
 //     signed height         h = |y - p*|, with a minus where (y - p*) . n < 0 and the winding number is above that of an outside
@@ -11,7 +11,7 @@
 //                           tan(Omega_t / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)
 //     slide by s            the nearest point to p + s, from triangle to triangle around the best so far
 //
-// lean_i: contribution to the direction of A_i of triangles that are missing at the rim of a piece; zero elsewhere, or none
+// c_i: contribution to the direction of A_i of triangles that are missing at the rim of a piece; zero elsewhere, or none
 // given. What can go wrong: a slide finds a local minimum, and stops after some rings of triangles; where all normals vanish the
 // normal is that of the triangle, then z. The view does not own memory, so that the server's whole surface and the client's few
 // triangles run the same code. Cost: nearest_point() and winding_number() visit all triangles; slide() neighbours only.
@@ -34,7 +34,7 @@ struct SurfaceView {
   std::span<const Triangle> triangles;
   std::span<const std::uint32_t> first, incident;
   std::span<const std::uint8_t> open;
-  std::span<const Vec3> lean = {};  ///< one per vertex, or none
+  std::span<const Vec3> normal_correction = {};  ///< one per vertex, or none
 };
 
 /// Fills adjacency for `vertices` vertices. Sizes: first vertices + 1, incident 3 * triangles, open triangles.
@@ -62,7 +62,7 @@ inline Eigen::Map<const Vec3> vertex(Positions x, std::uint32_t i) {
 }
 
 Vec3 position_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;
-/// Returns n_i: of length 1 where there is no lean.
+/// Returns n_i: of length 1 where there is no normal_correction.
 Vec3 vertex_normal(const SurfaceView& s, Positions x, std::uint32_t i) noexcept;
 /// Returns the unit outward normal, interpolated.
 Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcept;

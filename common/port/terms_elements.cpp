@@ -46,7 +46,7 @@ void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<s
   for (const float length : springs.rest_length)
     out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kRestLengthMax))));
   for (const auto& ends : springs.ends.colwise()) out.push_back(static_cast<std::uint16_t>(ends[0] | ends[1] << 8U));
-  append_bytes(springs.steep, out);
+  append_bytes(springs.max_slope, out);
   head.unit[4] = append(terms.e2, out);
 }
 
@@ -87,7 +87,7 @@ bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const Patc
     springs.ends(0, e) = static_cast<int>(word & 0xffU);
     springs.ends(1, e) = static_cast<int>(word >> 8U);
   }
-  if (springs.stiffening > 0) springs.steep = take_bytes(numbers, at, m);
+  if (springs.stiffening > 0) springs.max_slope = take_bytes(numbers, at, m);
   terms.e2 = take(numbers, at, l.e2, head.unit[4]);
   return fine && springs.ends.maxCoeff() < nodes && springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 &&
          springs.damping.minCoeff() >= 0;

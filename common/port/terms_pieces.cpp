@@ -130,7 +130,7 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   const TermsLayout l = layout(whole);
   // those whose bits check() does not inspect completely
   if (!terms.springs.position.allFinite() || !terms.springs.rest_length.allFinite() ||
-      (terms.springs.stiffening > 0 && terms.springs.steep.size() != whole.springs) || !terms.solid.position.allFinite() ||
+      (terms.springs.stiffening > 0 && terms.springs.max_slope.size() != whole.springs) || !terms.solid.position.allFinite() ||
       !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
     return {};
   std::vector<std::uint16_t> numbers;

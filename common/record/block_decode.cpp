@@ -16,7 +16,7 @@ constexpr std::size_t kOffsetBytes = 4, kTableBytes = 2 * kOffsetBytes;  // leas
 /// Limits the decoded size: FlatBuffers allow a thing to be stored once and referenced many times, so that a part of megabytes
 /// could decode to gigabytes, although no writer does this. Everything read from a part is counted, and must not exceed the size
 /// of the part.
-class PartSense : public Sense {
+class PartSense : public MessageValidator {
  public:
   explicit PartSense(std::span<const std::byte> part) : left_(part.size()) {}
 
@@ -35,7 +35,7 @@ class PartSense : public Sense {
   std::string text(const flatbuffers::String* text) {
     return text && take(kOffsetBytes + text->size(), 1) ? text->str() : std::string();
   }
-  using Sense::text;
+  using MessageValidator::text;
 
  private:
   std::size_t left_;
@@ -85,32 +85,32 @@ bool is_utf8(std::string_view text) {
 }
 
 template <class Kind>
-Kind kind_of(std::uint8_t value, std::size_t kinds, Sense& sense) {
+Kind kind_of(std::uint8_t value, std::size_t kinds, MessageValidator& sense) {
   sense.that(value < kinds);
   return sense.ok() ? static_cast<Kind>(value) : Kind{};
 }
 
-Scheme scheme_of(std::uint8_t value, Sense& sense) { return kind_of<Scheme>(value, kSchemeNames.size(), sense); }
+Scheme scheme_of(std::uint8_t value, MessageValidator& sense) { return kind_of<Scheme>(value, kSchemeNames.size(), sense); }
 
-Vec3 position_of(const wire::Point& point, Sense& sense) {
+Vec3 position_of(const wire::Point& point, MessageValidator& sense) {
   const Vec3 position = pack::from(point);
   sense.position(position);
   return position;
 }
 
-Vec3 finite_of(const wire::Vec& vec, Sense& sense) {
+Vec3 finite_of(const wire::Vec& vec, MessageValidator& sense) {
   const Vec3 vector = pack::from(vec);
   sense.that(vector.allFinite(), WireFault::not_finite);
   return vector;
 }
 
-Eigen::Quaterniond orientation_of(const wire::Turn& turn, Sense& sense) {
+Eigen::Quaterniond orientation_of(const wire::Turn& turn, MessageValidator& sense) {
   const Eigen::Quaterniond orientation = pack::from(turn);
   sense.orientation(orientation);
   return orientation.normalized();
 }
 
-Micros time_of(std::int64_t t, Sense& sense) {
+Micros time_of(std::int64_t t, MessageValidator& sense) {
   sense.time(Micros{t});
   return sense.ok() ? Micros{t} : Micros{};
 }
@@ -160,7 +160,7 @@ std::optional<RecordedShape> shape_of(const record::Shape& table, Micros base, s
   return shape;
 }
 
-RecordedTouch touch_of(const record::Touch& t, Micros base, Sense& sense) {
+RecordedTouch touch_of(const record::Touch& t, Micros base, MessageValidator& sense) {
   return {base + Micros{t.at()},
           t.station(),
           position_of(t.tool(), sense),
@@ -173,7 +173,7 @@ RecordedTouch touch_of(const record::Touch& t, Micros base, Sense& sense) {
           Micros{t.bridge()}};
 }
 
-RecordedTick tick_of(const record::Tick& t, Micros base, Sense& sense) {
+RecordedTick tick_of(const record::Tick& t, Micros base, MessageValidator& sense) {
   return {base + Micros{t.at()},
           position_of(t.position(), sense),
           finite_of(t.model_force(), sense),

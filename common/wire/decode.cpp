@@ -25,7 +25,7 @@ Micros time_of(const wire::Wide* w) { return w ? pack::time_from(*w) : Micros{};
 // One overload per kind of message: reads its table, then returns the fault of the result.
 
 WireFault read(const wire::Hello& table, Hello& m) {
-  Sense sense;
+  MessageValidator sense;
   sense.name(view_of(table.station()), 1);
   sense.name(view_of(table.shadow_of()), 0);
   sense.name(view_of(table.room()), 0);
@@ -45,7 +45,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
 
 WireFault read(const wire::Welcome& table, Welcome& m) {
   if (!table.home() || !table.mesh_hash()) return WireFault::malformed;
-  Sense sense;
+  MessageValidator sense;
   sense.name(view_of(table.scene()), 0);
   sense.name(view_of(table.station()), 0);
   sense.that(to_enum(table.contact(), ContactKind::touch, m.contact));
@@ -66,7 +66,7 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
 }
 
 WireFault read(const wire::Refuse& table, Refuse& m) {
-  Sense sense;
+  MessageValidator sense;
   sense.that(to_enum(table.reason(), RefuseReason::shutting_down, m.reason));
   sense.text(view_of(table.message()), 0, kMaxRefuseBytes);
   if (!sense.ok()) return sense.fault();
@@ -76,7 +76,7 @@ WireFault read(const wire::Refuse& table, Refuse& m) {
 
 /// Reads orientation and buttons of the tool.
 WireFault read_hold(const wire::Samples& table, Samples& m) {
-  Sense sense;
+  MessageValidator sense;
   if (table.turn()) {
     m.orientation = pack::from(*table.turn());
     sense.orientation(*m.orientation);
@@ -98,7 +98,7 @@ WireFault read(const wire::Samples& table, Samples& m) {
   if (!table.samples()) return WireFault::none;
   const auto count = table.samples()->size();
   if (!table.base() || count < 1 || count > std::size_t{kMaxSamplesPerDatagram}) return WireFault::malformed;
-  Sense sense;
+  MessageValidator sense;
   const Micros base = time_of(table.base());
   sense.time(base);
   if (!sense.ok()) return sense.fault();
@@ -124,7 +124,7 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.renewed_from(),
        table.resets(),
        {Scheme::hold, SchemeReason::not_said, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
-  Sense sense;
+  MessageValidator sense;
   sense.that(to_enum(table.scheme(), Scheme::hyper, m.in_use.scheme));
   sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));
   sense.time(m.body_time);
@@ -152,7 +152,7 @@ std::uint32_t read_24(const flatbuffers::Vector<std::uint8_t>& bytes, std::size_
 
 WireFault read_vertices(const flatbuffers::Vector<std::uint8_t>& bytes, std::vector<MeshVertex>& vertices) {
   if (bytes.size() % kVertexBytes != 0 || bytes.size() > kMaxPieceVertices * kVertexBytes) return WireFault::malformed;
-  Sense sense;
+  MessageValidator sense;
   vertices.resize(bytes.size() / kVertexBytes);
   for (std::size_t i = 0, at = 0; i < vertices.size(); ++i, at += kVertexBytes) {
     for (int k = 0; k < 3; ++k) {
@@ -181,7 +181,7 @@ WireFault read_triangles(const flatbuffers::Vector<std::uint8_t>& bytes, std::ve
 
 WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
   if (!table.mesh_hash() || (table.vertices() && table.triangles())) return WireFault::malformed;
-  Sense sense;
+  MessageValidator sense;
   sense.that(table.piece() < table.pieces() && table.pieces() <= kMaxMeshVertices && table.first() <= 4 * kMaxMeshVertices);
   if (!sense.ok()) return sense.fault();
   m.mesh_hash = pack::from(*table.mesh_hash());
@@ -194,7 +194,7 @@ WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
 
 WireFault read(const wire::ShapePiece& table, ShapePiece& m) {
   if (!table.body_time() || !table.blocks() || table.blocks()->size() > kMaxPieceBytes) return WireFault::malformed;
-  Sense sense;
+  MessageValidator sense;
   m.frame = table.frame();
   m.body_time = time_of(table.body_time());
   m.unit = table.unit();
@@ -216,7 +216,7 @@ WireFault read(const wire::ViewState& table, ViewState& m) {
 }
 
 WireFault read(const wire::StationFigures& f, StationView& view) {
-  Sense sense;
+  MessageValidator sense;
   sense.that(f.lost() <= f.judged() && f.states() <= 2 * kMaxModes && to_enum(f.scheme(), Scheme::hyper, view.in_use.scheme));
   view.rtt = Micros{f.rtt()};
   view.jitter = Micros{f.jitter()};
@@ -235,7 +235,7 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
   m.rate_hz = table.rate_hz();
   m.real_time_factor = table.real_time_factor();
   m.asleep = table.asleep();
-  Sense sense;
+  MessageValidator sense;
   sense.number(m.rate_hz, 0, kMaxRateHz);
   sense.number(m.real_time_factor, 0, 1e9);
   for (const wire::StationView* station : *table.stations()) {
@@ -256,7 +256,7 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
 WireFault read(const wire::Tools& table, Tools& m) {
   if (!table.body_time() || !table.tools()) return WireFault::malformed;
   if (table.tools()->size() > std::size_t{kMaxStations}) return WireFault::malformed;
-  Sense sense;
+  MessageValidator sense;
   m.frame = table.frame();
   m.body_time = time_of(table.body_time());
   m.pieces = table.pieces();
@@ -332,38 +332,38 @@ WireFault read_into(const Table* table, Message& message) {
 }
 
 WireFault read_body(const wire::Datagram& datagram, Message& message) {
-  if (!datagram.body()) return WireFault::malformed;
-  switch (datagram.body_type()) {
-    case wire::Body::Hello:
-      return read_into<Hello>(datagram.body_as_Hello(), message);
-    case wire::Body::Welcome:
-      return read_into<Welcome>(datagram.body_as_Welcome(), message);
-    case wire::Body::Refuse:
-      return read_into<Refuse>(datagram.body_as_Refuse(), message);
-    case wire::Body::Samples:
-      return read_into<Samples>(datagram.body_as_Samples(), message);
-    case wire::Body::Patch:
-      return read_into<PatchMessage>(datagram.body_as_Patch(), message);
-    case wire::Body::Beat:
-      return read_into<Beat>(datagram.body_as_Beat(), message);
-    case wire::Body::Leave:
-      return read_into<Leave>(datagram.body_as_Leave(), message);
-    case wire::Body::Reset:
-      return read_into<Reset>(datagram.body_as_Reset(), message);
-    case wire::Body::MeshRequest:
-      return read_into<MeshRequest>(datagram.body_as_MeshRequest(), message);
-    case wire::Body::MeshPiece:
-      return read_into<MeshPiece>(datagram.body_as_MeshPiece(), message);
-    case wire::Body::ShapePiece:
-      return read_into<ShapePiece>(datagram.body_as_ShapePiece(), message);
-    case wire::Body::Tools:
-      return read_into<Tools>(datagram.body_as_Tools(), message);
-    case wire::Body::ViewState:
-      return read_into<ViewState>(datagram.body_as_ViewState(), message);
-    case wire::Body::RoomView:
-      return read_into<RoomView>(datagram.body_as_RoomView(), message);
-    case wire::Body::PatchTerms:
-      return read_into<PatchTerms>(datagram.body_as_PatchTerms(), message);
+  if (!datagram.payload()) return WireFault::malformed;
+  switch (datagram.payload_type()) {
+    case wire::Payload::Hello:
+      return read_into<Hello>(datagram.payload_as_Hello(), message);
+    case wire::Payload::Welcome:
+      return read_into<Welcome>(datagram.payload_as_Welcome(), message);
+    case wire::Payload::Refuse:
+      return read_into<Refuse>(datagram.payload_as_Refuse(), message);
+    case wire::Payload::Samples:
+      return read_into<Samples>(datagram.payload_as_Samples(), message);
+    case wire::Payload::Patch:
+      return read_into<PatchMessage>(datagram.payload_as_Patch(), message);
+    case wire::Payload::Beat:
+      return read_into<Beat>(datagram.payload_as_Beat(), message);
+    case wire::Payload::Leave:
+      return read_into<Leave>(datagram.payload_as_Leave(), message);
+    case wire::Payload::Reset:
+      return read_into<Reset>(datagram.payload_as_Reset(), message);
+    case wire::Payload::MeshRequest:
+      return read_into<MeshRequest>(datagram.payload_as_MeshRequest(), message);
+    case wire::Payload::MeshPiece:
+      return read_into<MeshPiece>(datagram.payload_as_MeshPiece(), message);
+    case wire::Payload::ShapePiece:
+      return read_into<ShapePiece>(datagram.payload_as_ShapePiece(), message);
+    case wire::Payload::Tools:
+      return read_into<Tools>(datagram.payload_as_Tools(), message);
+    case wire::Payload::ViewState:
+      return read_into<ViewState>(datagram.payload_as_ViewState(), message);
+    case wire::Payload::RoomView:
+      return read_into<RoomView>(datagram.payload_as_RoomView(), message);
+    case wire::Payload::PatchTerms:
+      return read_into<PatchTerms>(datagram.payload_as_PatchTerms(), message);
     default:
       return WireFault::malformed;
   }
@@ -374,7 +374,7 @@ WireFault read_head(const wire::Head& head, Message& message) {
   message.station = head.station();
   message.seq = head.seq();
   message.clock = {pack::time_from(head.sent()), pack::time_from(head.echo()), Micros{head.echo_hold()}};
-  Sense sense;
+  MessageValidator sense;
   sense.time(message.clock.sent);
   sense.time(message.clock.echo);
   return sense.fault();
@@ -408,7 +408,7 @@ WireFault decode(std::span<const std::byte> bytes, Message& message) {
   flatbuffers::Verifier verifier(buffer.data(), bytes.size());
   if (!wire::VerifyDatagramBuffer(verifier)) return WireFault::malformed;
   const auto& datagram = *wire::GetDatagram(buffer.data());
-  if (datagram.body_type() == wire::Body::Hello && bytes.size() < kHelloBytes) return WireFault::too_short;
+  if (datagram.payload_type() == wire::Payload::Hello && bytes.size() < kHelloBytes) return WireFault::too_short;
   return read_body(datagram, message);
 }
 

@@ -30,29 +30,29 @@ class LittleBytes {
 class BodyWriter {
  public:
   BodyWriter(Builder& builder, pack::Packer& packer) : builder_(builder), packer_(packer) {}
-  wire::Body kind() const { return kind_; }
+  wire::Payload kind() const { return kind_; }
 
   Offset<void> operator()(const Hello& m) {
     const auto station = text(m.station, kMaxNameBytes);
     const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
     const auto room = m.room.empty() ? 0 : text(m.room, kMaxNameBytes);
     const auto scheme = static_cast<std::uint8_t>(m.scheme.value_or(kWithoutChoice));
-    return done(wire::Body::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role), scheme, m.order,
-                                                     shadow_of, room, m.alike, !m.scheme));
+    return done(wire::Payload::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role), scheme, m.order,
+                                                        shadow_of, room, m.alike, !m.scheme));
   }
   Offset<void> operator()(const Welcome& m) {
     const auto scene = text(m.scene, kMaxNameBytes);
     const auto station = m.station.empty() ? 0 : text(m.station, kMaxNameBytes);
     const auto home = packer_.point(m.home);
     const auto hash = pack::Packer::wide(m.mesh_hash);
-    return done(wire::Body::Welcome,
+    return done(wire::Payload::Welcome,
                 wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
                                     m.vertices, m.triangles, &hash, packer_.number(m.deadband), station));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest request that it may have to answer.
     const auto message = m.message.empty() ? 0 : builder_.CreateString(cut_text(m.message, kMaxRefuseBytes));
-    return done(wire::Body::Refuse, wire::CreateRefuse(builder_, static_cast<std::uint8_t>(m.reason), message));
+    return done(wire::Payload::Refuse, wire::CreateRefuse(builder_, static_cast<std::uint8_t>(m.reason), message));
   }
   Offset<void> operator()(const Samples& m) {
     packer_.require(m.samples.size() <= std::size_t{kMaxSamplesPerDatagram});
@@ -62,28 +62,28 @@ class BodyWriter {
     const wire::Turn* const turned = m.orientation ? &turn : nullptr;
     const auto buttons = button_changes(m.buttons);
     if (m.samples.empty())
-      return done(wire::Body::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, turned, buttons));
+      return done(wire::Payload::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, turned, buttons));
     std::array<wire::Sample, kMaxSamplesPerDatagram> packed;
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
     const auto base = packer_.time(m.samples[0].t);
     const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
-    return done(wire::Body::Samples, wire::CreateSamples(builder_, &base, samples, m.playing, turned, buttons));
+    return done(wire::Payload::Samples, wire::CreateSamples(builder_, &base, samples, m.playing, turned, buttons));
   }
-  Offset<void> operator()(const PatchMessage& m) { return done(wire::Body::Patch, write_patch(builder_, packer_, m.patch)); }
+  Offset<void> operator()(const PatchMessage& m) { return done(wire::Payload::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Beat,
+    return done(wire::Payload::Beat,
                 wire::CreateBeat(builder_, &time, m.contact_in_reach, packer_.number(m.rate_hz), packer_.duration(m.behind),
                                  m.link.judged, m.link.lost, m.link.longest_run, packer_.duration(m.link.patch_age), m.ticks_late,
                                  m.renewed_from, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
                                  static_cast<std::uint8_t>(m.in_use.reason), packer_.duration(m.in_use.cost),
                                  packer_.duration(m.in_use.limit)));
   }
-  Offset<void> operator()(const Reset& m) { return done(wire::Body::Reset, wire::CreateReset(builder_, m.resets)); }
-  Offset<void> operator()(const Leave&) { return done(wire::Body::Leave, wire::CreateLeave(builder_)); }
+  Offset<void> operator()(const Reset& m) { return done(wire::Payload::Reset, wire::CreateReset(builder_, m.resets)); }
+  Offset<void> operator()(const Leave&) { return done(wire::Payload::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {
-    return done(wire::Body::MeshRequest, wire::CreateMeshRequest(builder_, m.piece));
+    return done(wire::Payload::MeshRequest, wire::CreateMeshRequest(builder_, m.piece));
   }
   Offset<void> operator()(const MeshPiece& m) {
     packer_.require(m.vertices.size() <= kMaxPieceVertices && m.triangles.size() <= kMaxPieceTriangles);
@@ -102,7 +102,7 @@ class BodyWriter {
     const auto items = builder_.CreateVector(bytes.data(), bytes.size());
     const auto hash = pack::Packer::wide(m.mesh_hash);
     const Offset<flatbuffers::Vector<std::uint8_t>> none;
-    return done(wire::Body::MeshPiece,
+    return done(wire::Payload::MeshPiece,
                 wire::CreateMeshPiece(builder_, &hash, m.piece, m.pieces, m.first, m.vertices.empty() ? none : items,
                                       m.vertices.empty() ? items : none));
   }
@@ -111,12 +111,12 @@ class BodyWriter {
     if (!packer_.ok()) return {};
     const auto time = packer_.time(m.body_time);
     const auto blocks = builder_.CreateVector(m.blocks.data(), m.blocks.size());
-    return done(wire::Body::ShapePiece, wire::CreateShapePiece(builder_, m.frame, &time, static_cast<std::uint8_t>(m.channel),
-                                                               packer_.number(m.unit), blocks));
+    return done(wire::Payload::ShapePiece, wire::CreateShapePiece(builder_, m.frame, &time, static_cast<std::uint8_t>(m.channel),
+                                                                  packer_.number(m.unit), blocks));
   }
   Offset<void> operator()(const ViewState& m) {
     const auto have = pack::Packer::wide(m.have);
-    return done(wire::Body::ViewState, wire::CreateViewState(builder_, m.newest, &have, m.channels, m.kbit_s));
+    return done(wire::Payload::ViewState, wire::CreateViewState(builder_, m.newest, &have, m.channels, m.kbit_s));
   }
   Offset<void> operator()(const Tools& m) {
     packer_.require(m.tools.size() <= std::size_t{kMaxStations});
@@ -131,7 +131,7 @@ class BodyWriter {
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);
-    return done(wire::Body::Tools, wire::CreateTools(builder_, m.frame, &time, m.pieces, tools));
+    return done(wire::Payload::Tools, wire::CreateTools(builder_, m.frame, &time, m.pieces, tools));
   }
   Offset<void> operator()(const RoomView& m) {
     packer_.require(m.stations.size() <= std::size_t{kMaxStations});
@@ -146,7 +146,7 @@ class BodyWriter {
                                   packer_.duration(s.in_use.cost), packer_.duration(s.in_use.limit));
     }
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
-    return done(wire::Body::RoomView,
+    return done(wire::Payload::RoomView,
                 wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
                                      packer_.number(m.real_time_factor), stations, m.asleep));
   }
@@ -164,10 +164,10 @@ class BodyWriter {
     const auto of_fibres = [&](double v) { return any ? half(v) : std::uint16_t{0}; };
     const wire::TermsHead head(m.patch_seq, half(m.law.exponents[0]), half(m.law.exponents[1]), m.unit[0], m.unit[1], m.unit[2],
                                m.unit[3], m.unit[4], of_fibres(fibres.direction[0]), of_fibres(fibres.direction[1]),
-                               of_fibres(fibres.direction[2]), of_fibres(fibres.share), of_fibres(fibres.exponent), 0, m.piece,
-                               m.pieces, m.variables, 0, flags, m.vertices, m.triangles);
+                               of_fibres(fibres.direction[2]), of_fibres(fibres.share), of_fibres(fibres.exponent), m.piece,
+                               m.pieces, m.variables, flags, m.vertices, m.triangles);
     const auto numbers = builder_.CreateVector(m.numbers.data(), m.numbers.size());
-    return done(wire::Body::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, &springs));
+    return done(wire::Payload::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, &springs));
   }
 
  private:
@@ -182,14 +182,14 @@ class BodyWriter {
     return builder_.CreateString(s.data(), std::min(s.size(), most));
   }
   template <class Table>
-  Offset<void> done(wire::Body kind, Offset<Table> table) {
+  Offset<void> done(wire::Payload kind, Offset<Table> table) {
     kind_ = kind;
     return table.Union();
   }
 
   Builder& builder_;
   pack::Packer& packer_;
-  wire::Body kind_ = wire::Body::NONE;
+  wire::Payload kind_ = wire::Payload::NONE;
 };
 
 }  // namespace

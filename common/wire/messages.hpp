@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-inline constexpr std::uint16_t kWireVersion = 5;
+inline constexpr std::uint16_t kWireVersion = 1;
 
 enum class Role : std::uint8_t { haptic, viewer };
 
@@ -181,15 +181,15 @@ struct Reset {
   std::uint16_t resets = 0;  ///< count in the newest Beat
 };
 
-using Body = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece, Tools,
-                          PatchTerms, ViewState, RoomView, Reset>;
+using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece,
+                             Tools, PatchTerms, ViewState, RoomView, Reset>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; 0 in a Hello
   StationId station = 0;       ///< assigned by the server; 0 in a Hello
   std::uint32_t seq = 0;       ///< per direction and station, incremented with every datagram
   ClockStamps clock;
-  Body body;
+  Payload body;
 };
 
 }  // namespace palpate

@@ -107,7 +107,7 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   read_modes(floats, shorts, r, patch);
   read_surface(floats, shorts, r, touch, patch);
   read_normals(table.normals(), patch.surface);
-  patch.coupling_n_m = touch.coupling();
+  patch.contact_stiffness_n_m = touch.coupling();
   patch.friction = touch.friction();
   patch.c_static = pack::from(touch.c_static());
   const int rest = pack::kWeightMax - touch.weight_0() - touch.weight_1();
@@ -184,7 +184,7 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
 WireFault read_patch(const wire::Patch& table, Patch& patch) {
   if (!table.head()) return WireFault::malformed;
   const wire::PatchHead& head = *table.head();
-  Sense sense;
+  MessageValidator sense;
   sense.time(pack::time_from(head.stamp()));
   sense.that(head.scheme() < kSchemeNames.size() && (head.flags() & ~kAllFlags) == 0);
   if (!sense.ok()) return sense.fault();

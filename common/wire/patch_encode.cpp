@@ -206,7 +206,13 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
     const float step = add_surface(floats, shorts, other_rows, packer, patch, pack::from(origin));
     const std::uint16_t w0 = to_weight(patch.point.weight[0]);
     const std::uint16_t w1 = std::min(to_weight(patch.point.weight[1]), static_cast<std::uint16_t>(pack::kWeightMax - w0));
-    touch = {packer.number(patch.coupling_n_m), packer.number(patch.friction), packer.sym(patch.c_static), origin, step, w0, w1};
+    touch = {packer.number(patch.contact_stiffness_n_m),
+             packer.number(patch.friction),
+             packer.sym(patch.c_static),
+             origin,
+             step,
+             w0,
+             w1};
   } else if (!patch.constant) {
     for (int i = 0; i < patch.modes(); ++i) floats.add(packer.number(patch.q_rate[i]));
     add_port(floats, packer, patch.b_k);

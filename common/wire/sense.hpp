@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-class Sense {
+class MessageValidator {
  public:
   WireFault fault() const { return fault_; }
   bool ok() const { return fault_ == WireFault::none; }

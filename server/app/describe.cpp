@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "server/body/finger_stiffness.hpp"
 #include "server/body/locking.hpp"
+#include "server/body/surface_stiffness.hpp"
 #include "server/body/touch_places.hpp"
 #include "server/io/frame_cost.hpp"
 #include "server/room/room.hpp"
@@ -41,12 +41,12 @@ std::optional<std::string> locking_line(const LumpedBody& body) {
       1 + locking);
 }
 
-std::string touch_line(const Scene& scene, const FingerStiffness& finger) {
+std::string touch_line(const Scene& scene, const SurfaceStiffness& finger) {
   const Vec3 mm = 1e3 * finger.place;
   const std::string at = fmt::format("at ({:.0f}, {:.0f}, {:.0f}) mm", mm.x(), mm.y(), mm.z());
   const double n_mm = 1e-3 * finger.stiffness_n_m;
   if (scene.tool.contact == ContactKind::attach) return fmt::format("stiffness  {:.2f} N/mm where it is grasped, {}", n_mm, at);
-  const double contact_n_mm = 1e-3 * scene.tool.coupling_n_m;
+  const double contact_n_mm = 1e-3 * scene.tool.contact_stiffness_n_m;
   return fmt::format(
       "stiffness  {:.2f} N/mm under a {} {}, of body ({:.2f}) and contact ({:.2f})", n_mm * contact_n_mm / (n_mm + contact_n_mm),
       scene.tool.radius_m > 0 ? fmt::format("finger of {:.0f} mm radius", 1e3 * scene.tool.radius_m) : "pointed tool", at, n_mm,
@@ -67,13 +67,13 @@ std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<in
 }
 
 /// Cost at the most expensive of several places; empty if the cost of one of them is unknown.
-std::optional<FrameCost> worst_cost(const Scene& scene, const FingerStiffness& home, double rate_hz) {
+std::optional<FrameCost> worst_cost(const Scene& scene, const SurfaceStiffness& home, double rate_hz) {
   constexpr std::size_t kPlaces = 3;
-  std::vector<FingerStiffness> places;
+  std::vector<SurfaceStiffness> places;
   if (scene.tool.contact == ContactKind::touch) places = finger_stiffnesses(scene, touch_places(scene.body, home.place, kPlaces));
   if (places.empty()) places.push_back(home);
   std::optional<FrameCost> worst;
-  for (const FingerStiffness& place : places) {
+  for (const SurfaceStiffness& place : places) {
     const std::optional<FrameCost> cost = frame_cost(scene, place, rate_hz);
     if (!cost) return std::nullopt;
     if (!worst || cost->ms(Scheme::hyper, 1) > worst->ms(Scheme::hyper, 1)) worst = cost;
@@ -81,7 +81,7 @@ std::optional<FrameCost> worst_cost(const Scene& scene, const FingerStiffness& h
   return worst;
 }
 
-void add_costs(const Scene& scene, const FingerStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
+void add_costs(const Scene& scene, const SurfaceStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
   const std::optional<FrameCost> cost = worst_cost(scene, finger, rate_hz);
   if (!cost) {
     lines.push_back("a frame    not measured (palpate-lab load does it)");
@@ -117,7 +117,7 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
   if (const auto locking = locking_line(body)) lines.push_back(*locking);
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness can be solved for within about a second
   const bool small = body.nodes.size() <= kSolvedMost;
-  const std::optional<FingerStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
+  const std::optional<SurfaceStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
   if (!finger) return lines;
   lines.push_back(touch_line(scene, *finger));
   add_costs(scene, *finger, rate_hz, lines);

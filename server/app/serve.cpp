@@ -186,7 +186,7 @@ class Serving {
   std::optional<MetricsServer> metrics_;  // outlives the shell, which fills it
   std::optional<SiteKeys> keys_;
   std::vector<NamedScene> scenes_;
-  std::optional<ServerShell> shell_;
+  std::optional<UdpServer> shell_;
   std::optional<asio::signal_set> hang_up_, signals_;
   std::optional<asio::steady_timer> insecure_, end_;
 };

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/command_line/mesh_folders.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 
 namespace palpate {
 

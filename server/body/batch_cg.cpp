@@ -263,7 +263,7 @@ int BatchConjugateGradients::solve(std::span<const SolveColumn> columns, double 
         ++iterations;
       }
       ++lane.steps;
-      if (positive_definite && std::sqrt(rr.v[c]) > lane.column->looser * tolerance && lane.steps <= limit) continue;
+      if (positive_definite && std::sqrt(rr.v[c]) > lane.column->tolerance_factor * tolerance && lane.steps <= limit) continue;
       unload(*lane.column, static_cast<int>(c), lane.scale);
       lane.column = nullptr;
       beta.v[c] = 0;

@@ -22,7 +22,7 @@ namespace palpate {
 struct SolveColumn {
   const Vector* b = nullptr;
   Vector* x = nullptr;
-  double looser = 1;  ///< times the tolerance of the solve, where this one is needed less exactly than others
+  double tolerance_factor = 1;  ///< times the tolerance of the solve, where this one is needed less exactly than others
 };
 
 /// A correction from a coarse space: A_c^-1, and where in it each node is. Empty: none.
@@ -48,9 +48,10 @@ class BatchConjugateGradients {
   UpperBlocks& matrix() { return a_; }
   const UpperBlocks& matrix() const { return a_; }
   void prepare(const std::vector<std::uint8_t>& held, CoarseCorrection coarse);
-  /// |A x - b| <= looser max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can tell. Rows
-  /// of held nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together. `positive_definite`
-  /// becomes false, and the columns keep what was found so far, when a direction of non-positive curvature shows.
+  /// |A x - b| <= tolerance_factor max(tolerance, kTightest) |b| for each of any number of columns, as far as the recursion can
+  /// tell. Rows of held nodes are taken for zero in b and are zero in x. Returns the iterations of all columns together.
+  /// `positive_definite` becomes false, and the columns keep what was found so far, when a direction of non-positive curvature
+  /// shows.
   int solve(std::span<const SolveColumn> columns, double tolerance, bool& positive_definite);
 
  private:

@@ -61,7 +61,7 @@ class ExplicitBody {
   static constexpr std::size_t kLeastBlocks = 150;  ///< minimum number that may rest: fewer cost less than the decision
 
   /// Sets the force that may be left out of balance [N]; 0: nothing rests.
-  void leave_out(double most_n) { left_out_n_ = most_n; }
+  void set_quiescence_tolerance(double most_n) { left_out_n_ = most_n; }
   bool may_rest() const { return left_out_n_ > 0 && hexahedra_.size() == 0 && blocks_.blocks() >= kLeastBlocks; }
   /// Lets blocks rest over the next `over_s` [s], except those of `busy` nodes. `a`: all accelerations, those of contacts
   /// included. For nodes that rest sets v and the arrays in `zero` to zero (`a` may be among them).

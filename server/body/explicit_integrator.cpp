@@ -101,8 +101,8 @@ void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end
   std::vector<double> shares;  // weights of lambda_(n+1)
   for (const std::size_t k : touching) {
     const Vec3 now = ports[k].lambda;
-    const double stiffness = ports[k].parameters.coupling_n_m * h * h * contacts_[k].softness_1_kg;
-    const double s = ports[k].parameters.coupling_n_m > 0 ? std::min(1.0, 1.0 / stiffness) : 0.0;
+    const double stiffness = ports[k].parameters.contact_stiffness_n_m * h * h * contacts_[k].softness_1_kg;
+    const double s = ports[k].parameters.contact_stiffness_n_m > 0 ? std::min(1.0, 1.0 / stiffness) : 0.0;
     shares.push_back(1 - 0.75 * s);
     if (now.squaredNorm() > 0) push(contacts_[k].b, s / 4 * (before_[k] - now));  // else the contact begins
     before_[k] = now;

@@ -14,8 +14,8 @@ class ExplicitStepper : public Stepper {
  public:
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                         const ToolMotion& tools) final;
-  bool leaves_no_trace() const final { return true; }
-  void leave_out(double most_n) final { body_.leave_out(most_n); }
+  bool is_stateless() const final { return true; }
+  void set_quiescence_tolerance(double most_n) final { body_.set_quiescence_tolerance(most_n); }
   void use_threads(ThreadPool& pool) final { body_.use_threads(pool); }
   /// Size of an evaluation: springs, with gaps, and hexahedra.
   std::size_t springs() const { return body_.springs().size(); }

@@ -25,7 +25,7 @@ PALPATE_INLINE void inner(const Vec<N>& a, const Vec<N>& b, Doubles<N>& sum) {
   sum = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Combines ElementKernel::evaluate and force_on_a.
+/// Combines SpringKernel::evaluate and force_on_a.
 template <std::size_t N>
 PALPATE_INLINE void forces(const SpringGroup& group, std::size_t from, double stiffening, const double* x, const double* v,
                            Vec<N>& force) {

@@ -1,4 +1,4 @@
-// Eight springs side by side: the force of element_kernel.hpp for linear and stiffening springs, in double precision and with the
+// Eight springs side by side: the force of spring_kernel.hpp for linear and stiffening springs, in double precision and with the
 // same order of operations, so with the same bits.
 #pragma once
 

@@ -29,7 +29,7 @@ void Springs::add_forces(const Vector& x, const Vector& v, Vector& f) const {
     return;
   }
   for (const Element& e : body_->elements) {
-    const Vec3 force = ElementKernel::force_on_a(element_state(e, x, v));
+    const Vec3 force = SpringKernel::force_on_a(element_state(e, x, v));
     at_node(f, e.a) += force;
     at_node(f, e.b) -= force;
   }
@@ -39,7 +39,7 @@ Vec3 Springs::force_on(const BodyState& state, std::uint32_t node) const {
   Vec3 sum = Vec3::Zero();
   for (std::uint32_t k = first_[node]; k < first_[node + 1]; ++k) {
     const Element& e = body_->elements[incident_[k]];
-    const Vec3 force = ElementKernel::force_on_a(element_state(e, state.x, state.v));
+    const Vec3 force = SpringKernel::force_on_a(element_state(e, state.x, state.v));
     sum += e.a == node ? force : Vec3(-force);
   }
   return sum;
@@ -52,7 +52,7 @@ void Springs::add_tangents(const BodyState& state, double c_d, double c_k, const
     const bool hold_a = held[e.a], hold_b = held[e.b];
     if (hold_a && hold_b) continue;
     const ElementState s = element_state(e, state.x, state.v);
-    Mat3 block = c_k * ElementKernel::stiffness_symmetric(s, clamp) + c_d * ElementKernel::damping(e, s);
+    Mat3 block = c_k * SpringKernel::stiffness_symmetric(s, clamp) + c_d * SpringKernel::damping(e, s);
     if (body_->planar) {
       block.row(2).setZero();
       block.col(2).setZero();

@@ -1,10 +1,10 @@
-// All springs of a body: element_kernel.hpp summed over its lumped elements. Signs and symbols as in dynamics.hpp.
+// All springs of a body: spring_kernel.hpp summed over its lumped elements. Signs and symbols as in dynamics.hpp.
 #pragma once
 
 #include <vector>
 
 #include "server/body/body_state.hpp"
-#include "server/body/element_kernel.hpp"
+#include "server/body/spring_kernel.hpp"
 #include "server/body/spring_lanes.hpp"
 
 namespace palpate {
@@ -18,7 +18,7 @@ class Springs {
   /// Adds the forces of the elements to f.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;
-  /// Adds c_d D + c_k K (symmetric part) to A, except rows and columns of held nodes; see ElementKernel for `clamp`.
+  /// Adds c_d D + c_k K (symmetric part) to A, except rows and columns of held nodes; see SpringKernel for `clamp`.
   void add_tangents(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                     BlockMatrix& a) const;
   /// Computes k_y += K y, d_y += D y.
@@ -33,7 +33,7 @@ class Springs {
     std::uint32_t aa, ab, ba, bb;
   };
   const LumpedBody* body_;
-  ElementKernel kernel_;
+  SpringKernel kernel_;
   std::vector<SpringGroup> groups_;
   std::vector<Entries> entries_;
   std::vector<std::uint32_t> first_, incident_;  // elements of each node

@@ -58,10 +58,10 @@ class Stepper {
                                 const ToolMotion& tools) = 0;
   /// True if advance() leaves nothing behind that the next one could tell, first guesses of solves aside: rollouts may then
   /// use it.
-  virtual bool leaves_no_trace() const { return false; }
+  virtual bool is_stateless() const { return false; }
   /// Forces that may be left out of balance, in total [N], in regions where nothing happens and which need not be computed then;
   /// 0, as at first: none. Explicit integrators of large bodies do so.
-  virtual void leave_out(double most_n) { (void)most_n; }
+  virtual void set_quiescence_tolerance(double most_n) { (void)most_n; }
   /// Lets it share its work with a thread pool, which must outlive it. Not all do, and none for small bodies; what they compute
   /// is the same.
   virtual void use_threads(ThreadPool& pool) { (void)pool; }

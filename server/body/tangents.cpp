@@ -37,7 +37,7 @@ Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dyna
 
 void Tangents::take(const BodyState& state) {
   const LumpedBody& body = dynamics_->body();
-  const ElementKernel kernel(body.law, body.stiffening);
+  const SpringKernel kernel(body.law, body.stiffening);
   for (std::size_t k = 0; k < order_.size(); ++k) {
     Spring& e = springs_[k];
     const Element& element = body.elements[order_[k]];

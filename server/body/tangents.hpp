@@ -2,7 +2,7 @@
 //
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
-// n direction, T' slope, s force, L length and b damper of element e between nodes a and b (element_kernel.hpp), with the
+// n direction, T' slope, s force, L length and b damper of element e between nodes a and b (spring_kernel.hpp), with the
 // opposite sign on b; for finite elements the tangents of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the
 // matrices are not assembled: a spring has six numbers, its two blocks of a row have eighteen, and products are limited by memory
 // bandwidth.

@@ -38,7 +38,7 @@
 // Tangents: dP = a dF + dF M + sum_k c_k (Q_k : dF) Q_k + kappa X(F)[dF] + mu_2 (X(G)[dF] + X(F)[X(F)[dF]]), X(A)[B] the change
 // of the cofactors of A with B; mu_2 = 0 except for laws of both invariants, M = M^T = 0 except for ogden and fibres. Exact for
 // the elastic part; `clamp` drops the negative eigenvalues, of the law and of its fibres, so that the element's stiffness is
-// positive semi-definite. The dependence of P_viscous on F at fixed F' is neglected, as for springs (element_kernel.hpp).
+// positive semi-definite. The dependence of P_viscous on F at fixed F' is neglected, as for springs (spring_kernel.hpp).
 #pragma once
 
 #include <array>

@@ -70,11 +70,11 @@ LumpedBody unloaded(LumpedBody body, const std::string& where) {
                    way.empty()
                        ? std::string("finds no equilibrium in gravity")
                        : fmt::format("has no shape free of stress that hangs as it is given: {:.3g} mm off at best", 1e3 * off_m),
-                   "a body that is stiff enough for its weight, or given_shape \"stress-free\"");
+                   "a body that is stiff enough for its weight, or reference_configuration \"stress-free\"");
 }
 
 Scene opened(Scene scene, const std::string& where) {
-  scene.body = unloaded(std::move(scene.body), where + ": body.given_shape");
+  scene.body = unloaded(std::move(scene.body), where + ": body.reference_configuration");
   return scene;
 }
 

@@ -141,7 +141,7 @@ Micros FrameScheduler::horizon(const Station& station) const {
 }
 
 Micros FrameScheduler::silence(const Station& station) const {
-  const LinkSaid& link = station.link;
+  const ReportedLink& link = station.link;
   const double frames_lost = static_cast<double>(link.longest_run) / link.patch_copies;
   const double pause_s = link.longest_run > 0 ? (frames_lost + 1) / pace_.rate_hz : 0;
   return std::clamp(from_seconds(1.5 * pause_s), kSilenceLeast, kSilenceMost);

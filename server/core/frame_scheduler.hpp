@@ -30,7 +30,7 @@
 #include <optional>
 
 #include "server/core/bin_counts.hpp"
-#include "server/core/frame_detail.hpp"
+#include "server/core/frame_budget.hpp"
 #include "server/core/frame_meter.hpp"
 #include "server/core/playout.hpp"
 #include "server/core/server_options.hpp"
@@ -104,7 +104,7 @@ class FrameScheduler {
   Micros horizon(const Station& station) const;
   const Pace& pace() const { return pace_; }
   const FrameCounts& counts() const { return counts_; }
-  FrameDetail& detail() { return detail_; }
+  FrameBudget& detail() { return detail_; }
   /// Longest frame time since the last reset_longest_frame(), for periodic reports.
   Micros longest_frame() const { return longest_frame_; }
   void reset_longest_frame() { longest_frame_ = Micros{}; }
@@ -134,7 +134,7 @@ class FrameScheduler {
       lately_;  ///< frames that fell due in the last second: 1 if skipped because the one before took too long
   Pace pace_;
   FrameMeter meter_;
-  FrameDetail detail_;
+  FrameBudget detail_;
   FrameCounts counts_;
 };
 

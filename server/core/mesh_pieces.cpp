@@ -22,7 +22,7 @@ std::uint32_t mesh_pieces(const BodyMesh& mesh) {
   return pieces_of(mesh.vertices.size(), kMaxPieceVertices) + pieces_of(mesh.triangles.size(), kMaxPieceTriangles);
 }
 
-MeshPiece mesh_piece(const RoomFacts& facts, std::uint32_t piece) {
+MeshPiece mesh_piece(const RoomInfo& facts, std::uint32_t piece) {
   MeshPiece cut_out{facts.mesh_hash, piece, mesh_pieces(facts.mesh), 0, {}, {}};
   const auto of_vertices = pieces_of(facts.mesh.vertices.size(), kMaxPieceVertices);
   if (piece < of_vertices)

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "common/wire/messages.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 
 namespace palpate {
 
 std::uint32_t mesh_pieces(const BodyMesh& mesh);
 /// Requires piece < mesh_pieces(facts.mesh).
-MeshPiece mesh_piece(const RoomFacts& facts, std::uint32_t piece);
+MeshPiece mesh_piece(const RoomInfo& facts, std::uint32_t piece);
 
 }  // namespace palpate

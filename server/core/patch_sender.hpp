@@ -8,10 +8,10 @@
 // (deadband.hpp; the beat says from which one on); or the newest sample is older at the stamp than the patch's validity. In the
 // last case the force fades as on any silence, and returns with the samples.
 //
-// Each patch is sent as often as the station's losses require (link_said.hpp). A patch with terms is sent once, as it is large
-// and the one before it, which has terms too, is nearly as good; its pieces are followed by their parity if the link loses more
-// than kPatchesLost. In addition to patches, a station gets a report on link and room every kLinkReportEvery, and at once when
-// the room falls behind or catches up.
+// Each patch is sent as often as the station's losses require (reported_link.hpp). A patch with terms is sent once, as it is
+// large and the one before it, which has terms too, is nearly as good; its pieces are followed by their parity if the link loses
+// more than kPatchesLost. In addition to patches, a station gets a report on link and room every kLinkReportEvery, and at once
+// when the room falls behind or catches up.
 #pragma once
 
 #include "server/core/frame_scheduler.hpp"

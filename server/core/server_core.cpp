@@ -24,7 +24,7 @@ std::optional<double> lost_from(const Station& station) {
 
 std::uint64_t DatagramCounts::dropped_all() const { return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0}); }
 
-ServerCore::ServerCore(RoomFacts facts, const ServerOptions& options)
+ServerCore::ServerCore(RoomInfo facts, const ServerOptions& options)
     : options_(options),
       sessions_(facts, options),
       frames_(facts.contact, options),
@@ -48,7 +48,7 @@ void ServerCore::take(WireFault fault, const Message& message, std::size_t size,
   if (station && !take_from(*station, message.body, now)) ++counts_.unexpected;
 }
 
-bool ServerCore::take_from(Station& station, const Body& body, Micros now) {
+bool ServerCore::take_from(Station& station, const Payload& body, Micros now) {
   if (const auto* samples = std::get_if<Samples>(&body))
     take_samples(station, *samples, now);
   else if (const auto* beat = std::get_if<Beat>(&body))

@@ -50,7 +50,7 @@ struct ServerCounts : DatagramCounts, SessionCounts, FrameCounts, PatchCounts {}
 
 class ServerCore {
  public:
-  ServerCore(RoomFacts facts, const ServerOptions& options);
+  ServerCore(RoomInfo facts, const ServerOptions& options);
 
   void take(std::span<const std::byte> bytes, PeerId from, Micros now);
   /// Accepts the result of decode() on `size` bytes.
@@ -119,13 +119,13 @@ class ServerCore {
   /// Returns true if a station other than a viewer is in the room.
   bool has_hands() const;
   const ServerOptions& options() const { return options_; }
-  const RoomFacts& facts() const { return views_.facts(); }
+  const RoomInfo& facts() const { return views_.facts(); }
 
  private:
   static constexpr const char* kShuttingDown = "the server is shutting down";
 
   /// Returns false for a message that a server does not accept from such a station.
-  bool take_from(Station& station, const Body& body, Micros now);
+  bool take_from(Station& station, const Payload& body, Micros now);
   void close(const std::string& why, bool ended, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
   void take_reset(Station& station, const Reset& reset, Micros now);

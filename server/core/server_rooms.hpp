@@ -17,7 +17,7 @@ class ServerRooms {
  public:
   struct RoomSpec {
     std::string name;
-    RoomFacts facts;
+    RoomInfo facts;
   };
   /// Requires at least one room, and distinct names.
   ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband = 0);

@@ -26,7 +26,7 @@ int most_states_for(SchemeAsked scheme, ContactKind contact) {
 
 }  // namespace
 
-Sessions::Sessions(const RoomFacts& facts, const ServerOptions& options)
+Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
     : welcome_{facts.scene,
                facts.contact,
                options.rate_hz,

@@ -34,7 +34,7 @@
 #include "common/record/recording.hpp"
 #include "common/wire/codec.hpp"
 #include "server/core/handshakes.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 #include "server/core/server_options.hpp"
 #include "server/core/station.hpp"
 
@@ -58,7 +58,7 @@ struct SessionCounts {
 
 class Sessions {
  public:
-  Sessions(const RoomFacts& facts, const ServerOptions& options);
+  Sessions(const RoomInfo& facts, const ServerOptions& options);
 
   /// Accepts the result of decode() on `size` bytes. Returns the station that sent it if other parts have to handle the message.
   Station* take(WireFault fault, const Message& message, std::size_t size, PeerId from, Micros now);

@@ -35,7 +35,7 @@ void confirm(ShapeViewer& viewer, const ShapeViewer::Flight& flight) {
 
 }  // namespace
 
-ShapeStream::ShapeStream(const RoomFacts& facts, double rate_hz) : node_of_(facts.node_of), rate_hz_(rate_hz) {
+ShapeStream::ShapeStream(const RoomInfo& facts, double rate_hz) : node_of_(facts.node_of), rate_hz_(rate_hz) {
   Vec3 low = Vec3::Constant(1e300), high = -low;
   for (const MeshVertex& vertex : facts.mesh.vertices) {
     rest_.push_back(vertex.rest);

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "common/wire/messages.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 
 namespace palpate {
 
@@ -74,7 +74,7 @@ class ShapeStream {
   static constexpr std::int32_t kReordered = 8;  ///< datagrams that may overtake one before it counts as lost
 
   /// `rate_hz` frames share a viewer's budget of a second.
-  ShapeStream(const RoomFacts& facts, double rate_hz);
+  ShapeStream(const RoomInfo& facts, double rate_hz);
 
   void take(const ShapeFrame& frame);
   std::uint32_t frame() const { return frame_; }

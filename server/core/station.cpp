@@ -20,7 +20,7 @@ Micros Stations::station_time(const Station& station, Micros server_time) const 
   return station.clock.locked() ? station.clock.to_peer(server_time) : Micros{};
 }
 
-std::size_t encode_for(Station& station, Body body, std::span<std::byte> out, Micros now) {
+std::size_t encode_for(Station& station, Payload body, std::span<std::byte> out, Micros now) {
   const Message message{station.secret, station.id, station.seq_out, station.clock.stamp(now), std::move(body)};
   const auto size = encode(message, out);
   if (size > 0) ++station.seq_out;

@@ -13,9 +13,9 @@
 #include "common/session/loss_meter.hpp"
 #include "common/session/seq_tracker.hpp"
 #include "common/wire/messages.hpp"
-#include "server/core/detail_choice.hpp"
 #include "server/core/handshakes.hpp"
-#include "server/core/link_said.hpp"
+#include "server/core/hysteresis_switch.hpp"
+#include "server/core/reported_link.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/tool_input.hpp"
 
@@ -60,12 +60,12 @@ struct Station {
   ClockSync clock;  ///< the peer of this clock is the station
   SeqTracker seq;
   LossMeter loss;
-  LinkSaid link;
+  ReportedLink link;
   std::uint32_t seq_out = 1;  ///< Welcome was 0
 
   // FrameScheduler
   ToolInput tool;
-  DetailChoice choice;            ///< used if it left the scheme to us
+  HysteresisSwitch choice;        ///< used if it left the scheme to us
   SchemeInUse in_use;             ///< scheme in the frame that is being computed, or in the last one
   Micros horizon{};               ///< age that its patches reach, by the last frame
   bool served = true;             ///< true if its patch had time in the frame that is being computed, or in the last one
@@ -131,6 +131,6 @@ struct StationReport {
 };
 
 /// Encodes the next datagram for a station; returns its bytes, 0 if it does not fit.
-std::size_t encode_for(Station& station, Body body, std::span<std::byte> out, Micros now);
+std::size_t encode_for(Station& station, Payload body, std::span<std::byte> out, Micros now);
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "server/core/frame_scheduler.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/station.hpp"
 
@@ -15,7 +15,7 @@ class ViewSender {
  public:
   static constexpr std::size_t kMostMeshPieces = 64;  ///< most pieces per viewer that are requested and not yet sent
 
-  ViewSender(RoomFacts facts, double rate_hz) : facts_(std::move(facts)), shapes_(facts_, rate_hz) {}
+  ViewSender(RoomInfo facts, double rate_hz) : facts_(std::move(facts)), shapes_(facts_, rate_hz) {}
 
   /// Accepts a finished frame.
   void take(const FrameResult& result, Stations& stations, const BodyNow& body, Micros now);
@@ -24,7 +24,7 @@ class ViewSender {
   bool asked(Station& viewer, const MeshRequest& request) const;
   /// Writes the next datagram for a viewer; returns its bytes, 0 if there is none.
   std::size_t emit(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now);
-  const RoomFacts& facts() const { return facts_; }
+  const RoomInfo& facts() const { return facts_; }
 
  private:
   std::size_t emit_shape(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now);
@@ -32,7 +32,7 @@ class ViewSender {
   Tools tools(const Stations& stations, const Station& viewer) const;
   RoomView room_view(const Stations& stations) const;
 
-  RoomFacts facts_;
+  RoomInfo facts_;
   ShapeStream shapes_;
   BodyNow body_;  ///< after the last frame
 };

@@ -39,7 +39,7 @@ double depth_for(const LumpedBody& body) {
 
 class Trial {
  public:
-  Trial(const Scene& scene, const FingerStiffness& place, double rate_hz, const std::function<std::int64_t()>& stopwatch)
+  Trial(const Scene& scene, const SurfaceStiffness& place, double rate_hz, const std::function<std::int64_t()>& stopwatch)
       : room_(scene),
         stopwatch_(stopwatch ? stopwatch : processor_ns),
         place_(place),
@@ -86,7 +86,7 @@ class Trial {
 
   Room room_;
   std::function<std::int64_t()> stopwatch_;
-  FingerStiffness place_;
+  SurfaceStiffness place_;
   double depth_m_;
   Micros frame_;
   FrameJob job_;
@@ -98,7 +98,7 @@ double mean(const std::vector<double>& values) {
 
 }  // namespace
 
-std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& place, double rate_hz,
+std::optional<FrameCost> frame_cost(const Scene& scene, const SurfaceStiffness& place, double rate_hz,
                                     const std::function<std::int64_t()>& stopwatch) {
   if (scene.body.nodes.size() > kNodesMost) return std::nullopt;
   Trial trial(scene, place, rate_hz, stopwatch);

@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "server/body/finger_stiffness.hpp"
+#include "server/body/surface_stiffness.hpp"
 
 namespace palpate {
 
@@ -19,7 +19,7 @@ struct FrameCost {
 
 /// Measures frames of 1 / `rate_hz` seconds with a hand at `place`, for at most 0.4 s. Empty for large bodies, and if a step
 /// finds no solution. `stopwatch` counts nanoseconds; none: the processor time of this thread.
-std::optional<FrameCost> frame_cost(const Scene& scene, const FingerStiffness& place, double rate_hz,
+std::optional<FrameCost> frame_cost(const Scene& scene, const SurfaceStiffness& place, double rate_hz,
                                     const std::function<std::int64_t()>& stopwatch = {});
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 
 #include "common/io/channel_endpoint.hpp"
 #include "common/io/monotonic.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 
 namespace palpate {
 namespace {
@@ -26,10 +26,10 @@ void count_roles(const std::vector<StationReport>& stations, RoomState& room) {
 
 }  // namespace
 
-void ServerShell::hear_rooms() {
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+void UdpServer::hear_rooms() {
+  for (std::size_t k = 0; k < workers_.size(); ++k) {
     cores_[k].on_event([this, k](const RecordedEvent& event) {
-      if (RoomRecorder* const recorder = bodies_[k]->recorder()) recorder->event(attributed(event));
+      if (RoomRecorder* const recorder = workers_[k]->recorder()) recorder->event(attributed(event));
       say(k, event);
     });
     cores_[k].on_let_go([this, k](const Station& station) {
@@ -45,22 +45,22 @@ void ServerShell::hear_rooms() {
 }
 
 /// Adds the key of a station that joined to the recorded event, as names can be given to another key later.
-RecordedEvent ServerShell::attributed(RecordedEvent event) const {
+RecordedEvent UdpServer::attributed(RecordedEvent event) const {
   if (event.kind == RecordedEventKind::joined && sender_ && sender_->key) event.text = "key " + to_text(*sender_->key);
   return event;
 }
 
-void ServerShell::say(std::string kind, const std::string& text, std::vector<EventField> fields, EventLevel level) const {
+void UdpServer::say(std::string kind, const std::string& text, std::vector<EventField> fields, EventLevel level) const {
   if (say_) say_({std::move(kind), text, std::move(fields), level, {}});
 }
 
-void ServerShell::say(std::size_t room, std::string kind, const std::string& text, std::vector<EventField> fields,
-                      EventLevel level) const {
+void UdpServer::say(std::size_t room, std::string kind, const std::string& text, std::vector<EventField> fields,
+                    EventLevel level) const {
   fields.insert(fields.begin(), {"room", cores_.name(room)});
   say(std::move(kind), label(room) + text, std::move(fields), level);
 }
 
-void ServerShell::say(std::size_t room, const RecordedEvent& event) const {
+void UdpServer::say(std::size_t room, const RecordedEvent& event) const {
   const std::string kind = palpate::name_of(event.kind);
   const bool comes = event.kind == RecordedEventKind::joined || event.kind == RecordedEventKind::refused;
   std::string text = fmt::format("station \"{}\" {}", event.name, kind);
@@ -75,7 +75,7 @@ void ServerShell::say(std::size_t room, const RecordedEvent& event) const {
 }
 
 /// Fields with the sender of the datagram that is being processed, if any.
-std::vector<EventField> ServerShell::sender_fields() const {
+std::vector<EventField> UdpServer::sender_fields() const {
   if (!sender_) return {};
   std::vector<EventField> fields{{"from", to_string(sender_->from)}};
   if (sender_->key) fields.push_back({"key", to_text(*sender_->key)});
@@ -83,7 +83,7 @@ std::vector<EventField> ServerShell::sender_fields() const {
 }
 
 /// Reports refused datagrams, so that a wrong key is found.
-void ServerShell::say_refused() {
+void UdpServer::say_refused() {
   const auto refusal = trust_->channel().take_refusal();
   if (!refusal || !say_) return;
   Micros& next = next_refusal_said_[static_cast<std::size_t>(refusal->fault)];
@@ -99,14 +99,14 @@ void ServerShell::say_refused() {
         std::move(fields), EventLevel::warning, describe(refusal->fault)});
 }
 
-void ServerShell::drain(Micros most) {
+void UdpServer::drain(Micros most) {
   if (drain_until_ || ending_) return;
   drain_until_ = monotonic_now() + most;
   cores_.drain();
   await_drained();
 }
 
-void ServerShell::await_drained() {
+void UdpServer::await_drained() {
   if (ending_) return;
   if (!cores_.has_hands() || monotonic_now() >= *drain_until_) return stop();
   end_timer_.expires_after(kDrainedEvery);
@@ -116,7 +116,7 @@ void ServerShell::await_drained() {
 }
 
 /// Ends at once if called again while goodbyes are being sent.
-void ServerShell::stop() {
+void UdpServer::stop() {
   if (std::exchange(ending_, true)) return io_.stop();
   cores_.drain();
   cores_.shut_down(monotonic_now());
@@ -124,7 +124,7 @@ void ServerShell::stop() {
 }
 
 /// Sends what waits, and repeats that `left` times.
-void ServerShell::say_goodbyes(int left) {
+void UdpServer::say_goodbyes(int left) {
   send_all(monotonic_now());
   if (left == 0) return io_.stop();
   end_timer_.expires_after(kGoodbyeEvery);
@@ -135,9 +135,9 @@ void ServerShell::say_goodbyes(int left) {
   });
 }
 
-void ServerShell::pulse() {
+void UdpServer::pulse() {
   const Micros now = monotonic_now();
-  for (std::size_t k = 0; k < bodies_.size(); ++k) bodies_[k]->links.observe(cores_[k].stations());
+  for (std::size_t k = 0; k < workers_.size(); ++k) workers_[k]->links.observe(cores_[k].stations());
   watch_(state(now));
   pulse_timer_.expires_after(kPulseEvery);
   pulse_timer_.async_wait([this](const asio::error_code& fault) {
@@ -145,11 +145,11 @@ void ServerShell::pulse() {
   });
 }
 
-ServerState ServerShell::state(Micros now) const {
+ServerState UdpServer::state(Micros now) const {
   ServerState state{now, draining() || ending_, {}, traffic_, {}, 0};
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+  for (std::size_t k = 0; k < workers_.size(); ++k) {
     const ServerCore& core = cores_[k];
-    const Body& body = *bodies_[k];
+    const RoomWorker& body = *workers_[k];
     RoomState room{cores_.name(k), core.ended(), core.options().rate_hz, core.pace(), body.share.share(), {}, 0, 0, 0,
                    core.counts(),  body.links};
     if (const auto since = core.computing_since()) room.computing_for = now - *since;

@@ -8,7 +8,7 @@
 #include "common/base/error.hpp"
 #include "common/io/mapped_file.hpp"
 #include "common/io/monotonic.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 #include "server/record/resume.hpp"
 
 namespace palpate {
@@ -31,11 +31,11 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
 
 }  // namespace
 
-void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options) {
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Body& body = *bodies_[k];
+void UdpServer::begin_recording(const std::vector<NamedScene>& scenes, const ShellOptions& options) {
+  for (std::size_t k = 0; k < workers_.size(); ++k) {
+    RoomWorker& body = *workers_[k];
     const std::filesystem::path asked = options.record.file;
-    const auto file = bodies_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
+    const auto file = workers_.size() > 1 ? named_after(asked, scenes[k].name) : asked;
     const RecordSeries series = options.record.resume ? series_of("--record", file) : RecordSeries{{}, file};
     resume(k, scenes[k], series.there);
     body.recording.emplace(head_of(scenes[k], options), file);
@@ -56,7 +56,7 @@ void ServerShell::begin_recording(const std::vector<NamedScene>& scenes, const S
 /// Resumes from the newest file with a checkpoint: a recording that ended before its first checkpoint, or was cut at its
 /// beginning by a full disk or a crash, is passed over. If no file can be read, the server refuses to start, so that somebody has
 /// a look.
-void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first) {
+void UdpServer::resume(std::size_t k, const NamedScene& named, const std::vector<std::filesystem::path>& newest_first) {
   std::optional<ResumePoint> found;
   std::filesystem::path from;
   const auto pass_over = [&](const std::filesystem::path& file, const InputError& fault) {
@@ -84,23 +84,23 @@ void ServerShell::resume(std::size_t k, const NamedScene& named, const std::vect
   if (from.empty()) return say(k, "resumed", "no recording says how the body was: it is at rest", {});
   if (!found) return say(k, "resumed", from.string() + " has no checkpoint: the body is at rest", {{"file", from.string()}});
   const RecordedCheckpoint& newest = found->checkpoint;
-  if (!bodies_[k]->room.resume(in_a_row(newest.positions), in_a_row(newest.velocities), newest.relaxed))
+  if (!workers_[k]->room.resume(in_a_row(newest.positions), in_a_row(newest.velocities), newest.relaxed))
     say(k, "resumed", from.string() + " does not know how far the body's stress has faded: it begins as if it had just been bent",
         {{"file", from.string()}});
-  bodies_[k]->absent = AbsentHands(found->checkpoint.holds);
+  workers_[k]->absent = ReservedTools(found->checkpoint.holds);
   const double age_s = seconds(unix_time_now() - found->unix_time);
   const std::size_t tools = found->checkpoint.holds.size();
   say(k, "resumed",
       fmt::format("the body is as {} had it {:.1f} s ago; tools that stay on it {:g} s for their stations to come back: {}",
-                  from.string(), age_s, seconds(AbsentHands::kLongest), tools),
+                  from.string(), age_s, seconds(ReservedTools::kLongest), tools),
       {{"file", from.string()}, {"age_s", age_s}, {"tools", static_cast<double>(tools)}});
 }
 
 /// Writes what was recorded to the files, five times a second.
-void ServerShell::record() {
+void UdpServer::record() {
   bool any = false;
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Body& body = *bodies_[k];
+  for (std::size_t k = 0; k < workers_.size(); ++k) {
+    RoomWorker& body = *workers_[k];
     if (!body.recording) continue;
     any = true;
     const auto news = body.recording->tick(cores_[k], monotonic_now());
@@ -114,16 +114,16 @@ void ServerShell::record() {
   });
 }
 
-void ServerShell::end_recording() {
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Body& body = *bodies_[k];
+void UdpServer::end_recording() {
+  for (std::size_t k = 0; k < workers_.size(); ++k) {
+    RoomWorker& body = *workers_[k];
     if (!body.recording) continue;
     if (const auto fault = body.recording->finish()) say_recording_failed(k, *fault);
     body.recording.reset();
   }
 }
 
-void ServerShell::say_recording_failed(std::size_t room, const std::string& fault) const {
+void UdpServer::say_recording_failed(std::size_t room, const std::string& fault) const {
   say(room, "recording_failed", "warning: " + fault, {{"reason", fault}}, EventLevel::error);
 }
 

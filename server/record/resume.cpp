@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/base/error.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 
 namespace palpate {
 namespace {

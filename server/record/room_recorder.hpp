@@ -18,7 +18,7 @@ class RoomRecorder {
   /// Call when a frame is handed out; requests the body's shape if one is due.
   void begin_frame(FrameJob& job, Micros now);
   /// Call when the frame is done, before the core gets it. `absent`: tools on the body whose stations are not present
-  /// (absent_hands.hpp).
+  /// (reserved_tools.hpp).
   void end_frame(const FrameResult& result, const ServerCore& core, Micros now, const std::vector<RecordedHold>& absent = {});
   void event(const RecordedEvent& event) { writer_.add(event); }
   void buttons(StationId id, const ButtonChange& change) { writer_.add(RecordedButtons{change.t, id, change.pressed}); }

@@ -50,7 +50,7 @@ Matrix leading(const Matrix& y) {
 
 }  // namespace
 
-BalancedBases::Response BalancedBases::respond(SecondOrderSystem system, double residual, Kept& kept) const {
+BalancedBases::Response BalancedBases::respond(SecondOrderSystem system, double residual, CachedPatch& kept) const {
   const Eigen::Index rows = dynamics_->masses().size();
   if (system.b_k.isZero(0) && system.b_d.isZero(0))  // all nodes that the port moves are fixed
     return {Matrix::Zero(rows, system.ports()), Matrix::Zero(rows, 0)};
@@ -79,11 +79,11 @@ const Matrix& BalancedBases::grasped(std::uint32_t node) {
   SecondOrderSystem system = second_order_system(*dynamics_, *rest_, node, {});
   Matrix v;
   try {
-    Kept once;
+    CachedPatch once;
     v = basis(respond(system, kGraspAdiResidual, once));
   } catch (const std::runtime_error&) {
     discount(system, kDiscount_1_s);
-    Kept once;
+    CachedPatch once;
     v = basis(respond(system, kGraspAdiResidual, once));
   }
   return grasped_[node] = std::move(v);

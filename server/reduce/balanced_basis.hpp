@@ -47,12 +47,12 @@ class BalancedBases {
     Matrix statics, factor;  ///< q_s, 3 N x 3; displacement part of Z, 3 N x columns
   };
   /// Factorisations that are reused for the next vertex.
-  struct Kept {
+  struct CachedPatch {
     std::optional<DynamicStiffness::At> still;
     ShiftMemory shifts;
   };
 
-  Response respond(SecondOrderSystem system, double residual, Kept& kept) const;
+  Response respond(SecondOrderSystem system, double residual, CachedPatch& kept) const;
   const Response& vertex_response(std::uint32_t vertex);
   Matrix basis(const Response& response) const;
 
@@ -61,7 +61,7 @@ class BalancedBases {
   const BodyState* rest_;
   std::map<std::uint32_t, Matrix> grasped_;
   std::map<std::uint32_t, Response> vertices_;
-  Kept kept_;
+  CachedPatch kept_;
   bool discounted_ = false;  ///< for touch: the body is not stable at rest
 };
 

@@ -40,11 +40,12 @@ class Orthonormal {
 
 }  // namespace
 
-KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, BasisMemory& memory) {
+KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, WarmStarts& memory) {
   return [&at, &solver, &memory, tolerance, next](std::span<const SolveColumn> columns) mutable {
     if (memory.size() < next + columns.size()) memory.resize(next + columns.size());
     std::vector<SolveColumn> kept;
-    for (std::size_t k = 0; k < columns.size(); ++k) kept.push_back({columns[k].b, &memory[next + k], columns[k].looser});
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      kept.push_back({columns[k].b, &memory[next + k], columns[k].tolerance_factor});
     next += columns.size();
     if (!solver.solve(at, kept, tolerance)) return false;
     for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
@@ -139,7 +140,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
 
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                                    const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
-                                   BasisMemory& memory) {
+                                   WarmStarts& memory) {
   const KrylovSolve solve = remembering(at, solver, request.tolerance, 0, memory);
   const Vector momentum = at.free_momentum();
   KrylovStart start{{}, fine, {}, {}};

@@ -91,10 +91,11 @@ struct BasisRequest {
 };
 
 /// Warm starts: the responses of the last frame, in order of request.
-using BasisMemory = std::vector<Vector>;
+using WarmStarts = std::vector<Vector>;
 
 /// Solves for the body's own loads, F* and M v*, take up to twice the iterations of a port's, and affect few directions.
-inline constexpr double kOwnLooser = 20;  ///< SolveColumn::looser; measured: `port` is the same to 0.1 dB (docs/notebook.md, 30)
+inline constexpr double kOwnLooser =
+    20;  ///< SolveColumn::tolerance_factor; measured: `port` is the same to 0.1 dB (docs/notebook.md, 30)
 
 /// Share of a direction's length that must be independent of the others for it to be added: less is hardly more than rounding.
 inline constexpr double kIndependentShare = 1e-6;
@@ -110,7 +111,7 @@ using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
 
 /// Returns a solver for a sequence of solves that is the same in each frame. First guesses are those of the last frame, from
 /// `next` of `memory` on. All arguments must outlive it.
-KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, BasisMemory& memory);
+KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, WarmStarts& memory);
 
 /// Returns columns, at least one, as a matrix.
 Matrix side_by_side(std::span<const Vector> columns);
@@ -125,7 +126,7 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
 /// The same from the input directions B_s (3 N each) and the residual force F*.
 std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
                                    const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
-                                   BasisMemory& memory);
+                                   WarmStarts& memory);
 
 /// Returns the lowest eigenvalue of K y = mu M y at rest with the fixed nodes held [1/s^2], the square of the body's lowest
 /// frequency, by inverse iteration (a Rayleigh quotient, never below the true value; within a few per cent). Returns 0 for a body

@@ -19,9 +19,9 @@
 #include <span>
 #include <vector>
 
-#include "server/reduce/element_bunch.hpp"
 #include "server/reduce/far_field.hpp"
 #include "server/reduce/local_body.hpp"
+#include "server/reduce/spring_subset.hpp"
 
 namespace palpate {
 
@@ -52,7 +52,7 @@ void add_over_corners(const Bunch& bunch, std::span<const typename Bunch::Pair> 
   }
 }
 
-/// `Bunch`: SpringBunch or SolidBunch.
+/// `Bunch`: SpringSubset or SolidBunch.
 template <class Bunch>
 class FarTangents {
  public:

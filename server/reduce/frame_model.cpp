@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSlidesLooser = 2.5;  // SolveColumn::looser: slides are less certain than the present loads
+constexpr double kSlidesLooser = 2.5;  // SolveColumn::tolerance_factor: slides are less certain than the present loads
 
 }  // namespace
 
@@ -104,10 +104,10 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   if (refined_) refined_->begin(state, ports, tools, horizon);
 }
 
-void FrameModel::want(std::size_t k, const ExpectedSlide& slide) {
+void FrameModel::request_patch(std::size_t k, const ExpectedSlide& slide) {
   assert(k < wanted_.size() && slide.time_s >= 0);
   wanted_[k] = {true, slide, {}};
-  if (refined_) refined_->want(k, slide);
+  if (refined_) refined_->request_patch(k, slide);
 }
 
 void FrameModel::set_hands(std::vector<HandMotion> hands) {
@@ -116,7 +116,7 @@ void FrameModel::set_hands(std::vector<HandMotion> hands) {
   hands_ = std::move(hands);
 }
 
-void FrameModel::listen(std::function<void(PatchPart)> listener) {
+void FrameModel::listen(std::function<void(BuildPhase)> listener) {
   if (refined_) refined_->listen(listener);
   listener_ = std::move(listener);
 }
@@ -262,7 +262,7 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
     best = &slots_.emplace_back();
     best->system = std::make_unique<SharedSystem>(*dynamics_);
   }
-  enter(PatchPart::linearise);
+  enter(BuildPhase::linearise);
   best->shift = shift;
   best->clamp = clamp;
   best->in_use = true;
@@ -273,10 +273,10 @@ SharedSystem* FrameModel::system(double shift, bool clamp, double tolerance) {
 Mat3 FrameModel::contact_stiffness(std::size_t k, const PortResponse& response) {
   const ToolPort& port = (*ports_)[k];
   const double tissue_n_m = 3 / std::max(response.compliance.trace(), 1e-12);
-  const double coupling_n_m = port.parameters.coupling_n_m;
-  assert(coupling_n_m >= 0);
-  const double k_o =
-      coupling_n_m > 0 ? std::min(coupling_n_m, kContactStiffnessRatioMax * tissue_n_m) : kContactStiffnessRatioMax * tissue_n_m;
+  const double contact_stiffness_n_m = port.parameters.contact_stiffness_n_m;
+  assert(contact_stiffness_n_m >= 0);
+  const double k_o = contact_stiffness_n_m > 0 ? std::min(contact_stiffness_n_m, kContactStiffnessRatioMax * tissue_n_m)
+                                               : kContactStiffnessRatioMax * tissue_n_m;
   const Vec3 n = normal_at(skin_->view(), positions(), port.point);
   const double push = -port.lambda.dot(n);
   const double across = (port.lambda + push * n).norm();
@@ -333,9 +333,9 @@ bool FrameModel::respond(SharedSystem& p, std::size_t which, Own own) {
   }
   Vector momentum;
   if (own.motion) momentum = linearisation().free_momentum();
-  enter(PatchPart::solve);
+  enter(BuildPhase::solve);
   const bool definite = p.respond(places, {own.residual ? &total() : nullptr, own.motion ? &momentum : nullptr});
-  enter(PatchPart::other);
+  enter(BuildPhase::other);
   return definite;
 }
 

@@ -37,7 +37,7 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/basis.hpp"
-#include "server/reduce/patch_part.hpp"
+#include "server/reduce/build_phase.hpp"
 #include "server/reduce/snapshot_set.hpp"
 #include "server/reduce/tool_prediction.hpp"
 
@@ -141,7 +141,7 @@ class FrameModel {
 
   /// Announces a patch for this port, even if it does not touch: its responses are computed with those of the others, and those
   /// to the load where it may have slid to, minus its present load: B_end lambda_end - B lambda.
-  void want(std::size_t k, const ExpectedSlide& slide = {});
+  void request_patch(std::size_t k, const ExpectedSlide& slide = {});
   /// Sets the motion of the hands at the ports; the default is that of the tools, without acceleration.
   void set_hands(std::vector<HandMotion> hands);
   /// Returns the path of tool k that a patch with this horizon assumes.
@@ -149,8 +149,8 @@ class FrameModel {
   /// Returns this frame in the coordinates of a locally refined body (refined_body.hpp), if the body suits; else this model.
   FrameModel& refined() { return refined_ ? *refined_ : *this; }
   /// Sets a listener that is called when each part begins. The model itself reads no clock.
-  void listen(std::function<void(PatchPart)> listener);
-  void enter(PatchPart part) const {
+  void listen(std::function<void(BuildPhase)> listener);
+  void enter(BuildPhase part) const {
     if (listener_) listener_(part);
   }
 
@@ -251,7 +251,7 @@ class FrameModel {
   const NonlinearSubdomain* subdomain_ = nullptr;
   std::unique_ptr<FrameModel> refined_;  // of the whole of a large body
   bool settled_ = false, linearised_ = false, placed_ = false;
-  std::function<void(PatchPart)> listener_;
+  std::function<void(BuildPhase)> listener_;
   Vector forces_, total_;
   std::optional<std::vector<Vector>> fading_;
   std::vector<double> positions_;

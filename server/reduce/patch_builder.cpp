@@ -153,7 +153,7 @@ bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
   mask(local.body.fixed, model.residual);
   if (port.kind == ContactKind::attach) {
     ShiftedSolver solver(dynamics);
-    BasisMemory memory;
+    WarmStarts memory;
     return build_grasp(job, model, solver, memory, made);
   }
   SharedSystem p(dynamics);
@@ -181,22 +181,22 @@ bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, B
   FrameModel& frame = *job.frame;
   const int modes = modes_beside(job, model.others);
   assert(modes > 0 && modes <= kMaxModes);
-  frame.enter(PatchPart::basis);
+  frame.enter(BuildPhase::basis);
   if (port.balanced) {
     const Matrix basis = restricted_basis(*port.balanced, modes, dynamics_->masses(), held_);
     return take_basis(job, model, basis, model.at.projected(basis), made, reduced);
   }
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
-    frame.enter(PatchPart::solve);
+    frame.enter(BuildPhase::solve);
     const bool definite = port.solve(columns);
-    frame.enter(PatchPart::basis);
+    frame.enter(BuildPhase::basis);
     return definite;
   };
   if (!job.hyper()) {
     const bool chosen = !port.push.empty();
     const int directions = chosen ? std::max(modes, kCandidates) : modes;
     const auto basis = krylov_basis(model.at, port.start, solve, {directions, port.shift_1_s, kBasisTolerance});
-    frame.enter(PatchPart::project);
+    frame.enter(BuildPhase::project);
     if (!basis) return false;
     const Projection projected = model.at.projected(*basis);
     if (!chosen || basis->cols() == 0) return take_basis(job, model, *basis, projected, made, reduced);
@@ -210,7 +210,7 @@ bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, B
   snapshots.add(frame.snapshots());
   const auto beside = std::min(port.start.fine.size(), static_cast<std::size_t>(modes - 1));
   const PodBasis basis = pod_basis(model.at, snapshots, std::span(port.start.fine).first(beside), port.shift_1_s, modes);
-  frame.enter(PatchPart::project);
+  frame.enter(BuildPhase::project);
   if (!take_basis(job, model, basis.modes, basis.at_modes, made, reduced)) return false;
   reduced.coordinates = reduced.rotation.transpose() * basis.coordinates;
   return true;

@@ -11,7 +11,7 @@
 //   port             the whole body; the modes of a touch are chosen from rational Krylov directions at the port (basis.hpp,
 //                    linear_rollouts.hpp), those of a grasp are the first of them
 //   hyper            the whole body, a basis for its likely motions (pod_basis.hpp), and in addition to the linear patch some of
-//                    its elements (hyper_patch.hpp); if that fails, `port` is built, and the patch reports it
+//                    its elements (fit_nonlinear_terms.hpp); if that fails, `port` is built, and the patch reports it
 //
 // All but the first two are one pipeline for both kinds of port: the body's responses to the port under P = s^2 M + s D + K
 // (PortModel), a basis of these, K and D on the basis, and the contributions of the port. For a large body all but `two-layer`
@@ -32,8 +32,8 @@
 
 #include "server/body/integrator.hpp"
 #include "server/reduce/balanced_basis.hpp"
+#include "server/reduce/fit_nonlinear_terms.hpp"
 #include "server/reduce/frame_model.hpp"
-#include "server/reduce/hyper_patch.hpp"
 #include "server/reduce/linear_rollouts.hpp"
 #include "server/reduce/pod_basis.hpp"
 #include "server/reduce/static_indentation.hpp"
@@ -98,7 +98,7 @@ class PatchBuilder {
   /// Builds a patch for port `which` of the frame; the caller sets seq and stamp. Returns none if the port's matrix cannot be
   /// solved.
   std::optional<BuiltPatch> build(FrameModel& frame, std::size_t which, const PatchRequest& request);
-  /// Returns the argument of FrameModel::want() for the port of the patch.
+  /// Returns the argument of FrameModel::request_patch() for the port of the patch.
   ExpectedSlide expected_slide(const PatchRequest& request) const;
   static int modes_for(Scheme scheme, ContactKind contact, int order);
 
@@ -164,7 +164,7 @@ class PatchBuilder {
   bool hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds);
 
   // patch_builder_grasp.cpp
-  bool build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, BasisMemory& memory, BuiltPatch& made);
+  bool build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, WarmStarts& memory, BuiltPatch& made);
 
   // patch_builder_touch.cpp
   bool respond(const Job& job, Model& model, SharedSystem& p);
@@ -181,7 +181,7 @@ class PatchBuilder {
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;  // for a grasp: its own node is held
   SharedSystem ring_;     // for a ring: its far nodes are held
-  BasisMemory memory_, response_memory_;
+  WarmStarts memory_, response_memory_;
   std::unique_ptr<TwoLayer> two_layer_;               // created on demand
   std::unique_ptr<StaticIndentations> indentations_;  // likewise
 };

@@ -30,7 +30,7 @@ ToolColumns tool_columns(const Linearisation& at, std::uint32_t node) {
 /// Solves P^-1 of the inputs into the first entries of `memory`, which hold the last results. The three of a port precede the own
 /// loads.
 bool solve_inputs(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& inputs, double tolerance,
-                  BasisMemory& memory) {
+                  WarmStarts& memory) {
   if (memory.size() < inputs.size()) memory.resize(inputs.size());
   std::vector<SolveColumn> columns;
   for (std::size_t k = 0; k < inputs.size(); ++k) columns.push_back({&inputs[k], &memory[k], k < 3 ? 1 : kOwnLooser});
@@ -39,7 +39,7 @@ bool solve_inputs(const Linearisation& at, ShiftedSolver& solver, const std::vec
 
 /// Returns K_pf K_ff^-1 K_fp.
 std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& k_tool,
-                             BasisMemory& memory) {
+                             WarmStarts& memory) {
   if (!solve_inputs(at, solver, k_tool, kStaticTolerance, memory)) return std::nullopt;
   Mat3 response;
   for (std::size_t column = 0; column < 3; ++column)
@@ -50,7 +50,7 @@ std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, con
 
 }  // namespace
 
-bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, BasisMemory& memory, BuiltPatch& made) {
+bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, WarmStarts& memory, BuiltPatch& made) {
   const Linearisation& at = model.at;
   const PatchRequest& request = *job.request;
   const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.body->coordinate(job.port().node);

@@ -52,7 +52,7 @@ bool needs_motion(const PatchRequest& request) {
 /// Computes the responses of the body in this frame, and the effects of other tools.
 bool PatchBuilder::respond(const Job& job, Model& model, SharedSystem& p) {
   FrameModel& frame = *job.frame;
-  frame.want(job.which, expected_slide(*job.request));
+  frame.request_patch(job.which, expected_slide(*job.request));
   if (!frame.respond(p, job.which, {job.request->scheme != Scheme::tangent, needs_motion(*job.request)})) return false;
   std::vector<std::size_t> contacts = frame.neighbours(p, job.which, job.request->horizon);
   // A model without modes has nothing that a contact could move.
@@ -70,7 +70,7 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
   const ToolPort& port = job.port();
   const PatchRequest& request = *job.request;
   Patch& patch = made.patch;
-  patch.coupling_n_m = port.parameters.coupling_n_m;
+  patch.contact_stiffness_n_m = port.parameters.contact_stiffness_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = kTrustedSpacings * spacing_m_;
   Reduced reduced;
@@ -95,7 +95,7 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
     patch.c_static = residual_compliance(port_compliance(*p, job.which, model.others), rows, patch, p->shift());
   }
   if (p) add_other_tools(job, model, *p, v, patch);
-  frame.enter(PatchPart::other);
+  frame.enter(BuildPhase::other);
   const bool with_terms = made.terms.variables > 0;
   const SurfacePiece first = cut_port_surface(
       *skin_, frame.positions(), [&](std::uint32_t node) { return model.rows(node, v); }, port.point,

@@ -19,7 +19,7 @@ bool RefinedBody::suits(const Dynamics& dynamics) {
 RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kCoarsePieces) {
   place_corners();
   if (!dynamics.body().is_solid())
-    tangents_ = std::make_unique<RefinedElements<SpringBunch>>(*this);
+    tangents_ = std::make_unique<RefinedElements<SpringSubset>>(*this);
   else
     tangents_ = std::make_unique<RefinedElements<SolidBunch>>(*this);
 }

@@ -149,7 +149,7 @@ void RefinedElements<Bunch>::assemble(double c_d, double c_k, bool clamp, BlockM
   clamped.assemble(c_d, c_k, a);
 }
 
-template class RefinedElements<SpringBunch>;
+template class RefinedElements<SpringSubset>;
 template class RefinedElements<SolidBunch>;
 
 }  // namespace palpate

@@ -2,7 +2,7 @@
 //
 //     K_y = sum_e T_e^T k_e T_e,     D_y = sum_e T_e^T d_e T_e + c M_y
 //
-// k_e, d_e the tangents of element e (element_bunch.hpp), c [1/s] the body's mass-proportional damping (solids only). T_e is the
+// k_e, d_e the tangents of element e (spring_subset.hpp), c [1/s] the body's mass-proportional damping (solids only). T_e is the
 // motion of its nodes: a near node moves by itself; the far ones all move with the corners q of one cell, by N_q (far_field.hpp).
 // That cell is, if e has a near node, the far cell that has most of its nodes; else its home. So e joins near nodes and the
 // corners of one cell: with A_ab the sum over the elements of such a cell between nodes a and b (BunchLinks),
@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-/// `Bunch`: SpringBunch or SolidBunch.
+/// `Bunch`: SpringSubset or SolidBunch.
 template <class Bunch>
 class RefinedElements final : public RefinedTangents {
  public:
@@ -67,7 +67,7 @@ class RefinedElements final : public RefinedTangents {
   const BodyState* state_ = nullptr;
 };
 
-extern template class RefinedElements<SpringBunch>;
+extern template class RefinedElements<SpringSubset>;
 extern template class RefinedElements<SolidBunch>;
 
 }  // namespace palpate

@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double kNegligibleLoads = 0.03;  // share of the loads' squares without a response; more: fewer solves
-constexpr double kResponsesLooser = 3;     // SolveColumn::looser: less certain than the port responses
+constexpr double kResponsesLooser = 3;     // SolveColumn::tolerance_factor: less certain than the port responses
 
 /// Returns the loads that are not negligible, the smallest first.
 std::vector<std::size_t> those_that_matter(const std::vector<Vector>& loads) {
@@ -37,7 +37,7 @@ std::vector<Vector> second_order_loads(const Linearisation& at, std::vector<Vect
 }  // namespace
 
 bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
-                   BasisMemory& memory, SnapshotSet& to) {
+                   WarmStarts& memory, SnapshotSet& to) {
   const double s = request.shift_1_s;
   assert(s > 0 && request.horizon_s > 0 && start.residual.size() == at.masses().size());
   std::vector<Vector> acting, held_still;

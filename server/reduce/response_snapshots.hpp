@@ -23,6 +23,6 @@ struct ResponseRequest {
 /// Adds responses, from port responses and slides in `to` and from `start`: P^-1 F* and P^-1 M v*. `memory`: warm starts. Returns
 /// false if P is found not to be positive definite.
 bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
-                   BasisMemory& memory, SnapshotSet& to);
+                   WarmStarts& memory, SnapshotSet& to);
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ constexpr double kSlopeLeast = 4, kSlopeMost = 100;
 
 /// Megabytes of work space, reused instead of allocated for every patch.
 struct Workspace {
-  AtSamples there, forces;
+  SampleMatrix there, forces;
 };
 
 Workspace& workspace() {
@@ -136,7 +136,7 @@ class CandidateSprings {
   /// Returns the forces of springs with given G, 3 rows each.
   ElementForces forces_of(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
     assert(motions.rows() == 3 * static_cast<Eigen::Index>(elements.size()) && motions.cols() == samples_.rows());
-    ElementForces b{std::vector<Rows>(3), std::vector<AtSamples>(3)};
+    ElementForces b{std::vector<Rows>(3), std::vector<SampleMatrix>(3)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       Rows& motion = b.motion[static_cast<std::size_t>(axis)];
@@ -159,7 +159,7 @@ class CandidateSprings {
   }
   /// Returns the nonlinear forces of all springs on the nodes, as forces on the variables, n x samples; `parts`: |r| |G| of each.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
-    AtSamples &there = workspace().there, &forces = workspace().forces;
+    SampleMatrix &there = workspace().there, &forces = workspace().forces;
     there.noalias() = moved_ * samples_;
     forces.setZero(there.rows(), kSamples);
     float *const from = there.data(), *const to = forces.data();
@@ -189,7 +189,7 @@ class CandidateSprings {
 
   /// Returns the springs themselves, without weights, with their nodes' motions as sent.
   SampledSprings taken(const std::vector<std::uint32_t>& elements, int tool) const {
-    MetNodes met;
+    NodeNumbering met;
     const auto count = static_cast<Eigen::Index>(elements.size());
     SampledSprings springs;
     springs.stiffening = stiffening_of(body());
@@ -257,7 +257,7 @@ std::optional<SampledSprings> sample_springs(const WholeBody& body, const Matrix
   if (springs.elements().empty() || !springs.have_length()) return std::nullopt;
   auto found = sample(springs, u, sampling);
   if (found && found->stiffening > 0)
-    found->steep = SampledSprings::steep_of(steepest_slopes(*found, sampling.likely, sampling.tool < 0 ? 0 : 3));
+    found->max_slope = SampledSprings::steep_of(steepest_slopes(*found, sampling.likely, sampling.tool < 0 ? 0 : 3));
   return found;
 }
 

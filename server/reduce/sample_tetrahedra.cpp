@@ -4,8 +4,8 @@
 #include <cassert>
 #include <span>
 
+#include "server/reduce/gradient_points.hpp"
 #include "server/reduce/nonlinear_elements.hpp"
-#include "server/reduce/sample_places.hpp"
 
 namespace palpate {
 namespace {
@@ -27,7 +27,7 @@ TetraLanes turned_by(const Eigen::Matrix3f& r, const TetraLanes& m) {
 }
 
 struct Stamp {
-  TetraStamp at;
+  ElementLinearisation at;
   Eigen::Matrix3f frame;
 };
 
@@ -37,7 +37,7 @@ void stresses(const Stamp& stamp, const Nine& df, Nine& q) {
     TetraLanes lanes;
     for (std::size_t i = 0; i < 9; ++i)
       lanes[i] = df.row(static_cast<Eigen::Index>(i)).segment<kTetraLane>(s).transpose().array();
-    TetraTurn turned;
+    ElementRotation turned;
     const SolidLaw law = stamp.at.law.kind;
     if (law == SolidLaw::corotational) lanes = turned_by(stamp.frame.transpose(), lanes);
     turn(stamp.at, lanes, turned);
@@ -102,7 +102,7 @@ class CandidateTetrahedra {
   }
   /// Returns the forces of tetrahedra with given H, 9 rows each.
   ElementForces forces_of(std::span<const std::uint32_t> elements, const Eigen::MatrixXf& motions) const {
-    ElementForces b{std::vector<Rows>(9), std::vector<AtSamples>(9)};
+    ElementForces b{std::vector<Rows>(9), std::vector<SampleMatrix>(9)};
     const auto count = static_cast<Eigen::Index>(elements.size());
     for (Eigen::Index i = 0; i < 9; ++i) {
       Rows& motion = b.motion[static_cast<std::size_t>(i)];
@@ -120,7 +120,7 @@ class CandidateTetrahedra {
   /// Returns the nonlinear forces of all tetrahedra on the nodes, as forces on the variables, n x samples; `parts`: |V Q| |H| of
   /// each.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
-    thread_local AtSamples there, forces;  // reused: megabytes that would be allocated for every patch
+    thread_local SampleMatrix there, forces;  // reused: megabytes that would be allocated for every patch
     const Rows& moved = places_.moved();
     const std::vector<std::uint32_t>& elements = places_.elements();
     there.noalias() = moved * samples_;
@@ -154,7 +154,7 @@ class CandidateTetrahedra {
 
   /// Returns the tetrahedra themselves, without weights, with their nodes' motions as sent.
   SampledTetrahedra taken(const std::vector<std::uint32_t>& elements, int /*tool*/) const {
-    MetNodes met;
+    NodeNumbering met;
     const auto count = static_cast<Eigen::Index>(elements.size());
     SampledTetrahedra solid;
     solid.law = materials_->front().parameters();
@@ -186,7 +186,7 @@ class CandidateTetrahedra {
  private:
   Eigen::Index row(std::uint32_t element, int i) const { return 3 * static_cast<Eigen::Index>(node(element, i)); }
   const std::vector<SolidMaterial>* materials_;
-  SamplePlaces places_;
+  GradientPoints places_;
   Eigen::MatrixXf samples_;
 };
 

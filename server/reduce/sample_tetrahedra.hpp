@@ -1,5 +1,5 @@
 // A few finite elements whose forces represent those of all elements of a solid and its membrane: the terms of a patch for finite
-// elements (sampled_tetrahedra.hpp), with hexahedra as tetrahedra of the same gradient (sample_places.hpp).
+// elements (sampled_tetrahedra.hpp), with hexahedra as tetrahedra of the same gradient (gradient_points.hpp).
 //
 // r_e(u) = -V_e H_e^T Q_e(H_e u), Q the stress beyond the linear one (nonlinear_tetrahedron.hpp), is the contribution of
 // tetrahedron e beyond the linear force on the variables (sampling.hpp); candidates are the kCandidatesMax with the largest

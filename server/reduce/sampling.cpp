@@ -84,7 +84,7 @@ std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, c
   return found;
 }
 
-Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
+SampledResiduals::SampledResiduals(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
     : unit_(sampling.stiffness.cwiseSqrt().cwiseInverse().cast<float>()) {
   assert(sampling.stiffness.minCoeff() > 0 && all.rows() == unit_.size() && all.cols() == kSamples && u.cols() == kSamples);
   assert(sampling.at_port.cols() == 0 || sampling.at_port.rows() == unit_.size());
@@ -101,13 +101,13 @@ Fit::Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling)
   all_ = (mix_.transpose() * nonlinear.transpose()).reshaped();
 }
 
-const Eigen::MatrixXf& Fit::parts(const ElementForces& elements) const {
+const Eigen::MatrixXf& SampledResiduals::parts(const ElementForces& elements) const {
   assert(!elements.motion.empty() && elements.motion.size() == elements.force.size());
   assert(elements.motion[0].cols() == unit_.size());
   thread_local Eigen::MatrixXf parts;  // reused: megabytes that would be allocated for every patch
   const Eigen::Index n = unit_.size(), count = elements.motion[0].rows();
   std::vector<AtSums> mixed;
-  for (const AtSamples& force : elements.force) mixed.emplace_back(force * mix_);
+  for (const SampleMatrix& force : elements.force) mixed.emplace_back(force * mix_);
   parts.resize(kSampleSums * n, count);
   for (Eigen::Index k = 0; k < count; ++k) {
     float* const to = parts.col(k).data();
@@ -147,7 +147,7 @@ int ByteCosts::new_nodes(Eigen::Index column) const {
   return fresh;
 }
 
-int MetNodes::number_of(std::uint32_t node) {
+int NodeNumbering::number_of(std::uint32_t node) {
   if (node >= numbers_.size()) numbers_.resize(node + 1, -1);
   int& number = numbers_[node];
   if (number < 0) {
@@ -157,7 +157,7 @@ int MetNodes::number_of(std::uint32_t node) {
   return number;
 }
 
-NodeMotion MetNodes::motion(const Rows& moved, int tool, int tool_axes) const {
+NodeMotion NodeNumbering::motion(const Rows& moved, int tool, int tool_axes) const {
   assert(tool_axes == 2 || tool_axes == 3);
   const Eigen::Index modes = moved.cols() - (tool < 0 ? 0 : 3);
   Eigen::MatrixXf rows(3 * static_cast<Eigen::Index>(nodes_.size()), modes);
@@ -172,7 +172,7 @@ NodeMotion MetNodes::motion(const Rows& moved, int tool, int tool_axes) const {
   return motion;
 }
 
-Eigen::Matrix3Xf MetNodes::places(const Vector& x) const {
+Eigen::Matrix3Xf NodeNumbering::places(const Vector& x) const {
   assert(!nodes_.empty());
   Eigen::Matrix3Xf places(3, static_cast<Eigen::Index>(nodes_.size()));
   const Vec3 origin = at_node(x, nodes_.front());

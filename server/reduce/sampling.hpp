@@ -41,7 +41,7 @@ inline constexpr float kPortWeight = 4;    ///< for grasped solids; measured: 1 
 inline constexpr float kFitError = 3e-3F;  ///< tolerance relative to |t|: a third of it gains nothing (docs/notebook.md, 40)
 
 using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using AtSamples = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;
+using SampleMatrix = Eigen::Matrix<float, Eigen::Dynamic, kSamples, Eigen::RowMajor>;
 
 struct Sampling {
   Matrix likely;                        ///< u of likely displacements of the body, each in its likely size, one per column
@@ -63,15 +63,15 @@ std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, c
 /// Contributions of elements beyond the linear force at the samples, one matrix for each number of an element, one row per
 /// element.
 struct ElementForces {
-  std::vector<Rows> motion;      ///< of each number with the variables, elements x n
-  std::vector<AtSamples> force;  ///< nonlinear force of each number at the samples
+  std::vector<Rows> motion;         ///< of each number with the variables, elements x n
+  std::vector<SampleMatrix> force;  ///< nonlinear force of each number at the samples
 };
 
 /// Forces on the variables at sums of samples, in units in which every sample counts equally.
-class Fit {
+class SampledResiduals {
  public:
   /// `all`: forces of all elements together, n x samples.
-  Fit(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling);
+  SampledResiduals(const Eigen::MatrixXf& all, const Matrix& u, const Sampling& sampling);
   const Eigen::VectorXf& all() const { return all_; }
   /// Returns the forces of each element, one per column; valid until the next call.
   const Eigen::MatrixXf& parts(const ElementForces& elements) const;
@@ -105,7 +105,7 @@ class ByteCosts : public ColumnCosts {
 };
 
 /// Numbers the nodes that elements join, in the order in which they occur.
-class MetNodes {
+class NodeNumbering {
  public:
   int number_of(std::uint32_t node);
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
@@ -124,7 +124,7 @@ class MetNodes {
 template <typename Elements>
 std::optional<typename Elements::Sample> sample(const Elements& all, const Matrix& u, const Sampling& sampling) {
   Eigen::VectorXf parts;
-  const Fit fit(all.all_together(parts), u, sampling);
+  const SampledResiduals fit(all.all_together(parts), u, sampling);
   const std::vector<std::uint32_t> candidates = largest(all.elements(), parts, Elements::kCandidatesMax);
   std::vector<std::uint32_t> nodes;
   for (const std::uint32_t e : candidates)

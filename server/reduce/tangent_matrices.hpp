@@ -1,7 +1,7 @@
 // K and D side by side on one pattern of 3x3 blocks, each as its upper triangle: both are symmetric.
 //
 // A block has six numbers (xx xy xz yy yz zz) if it is symmetric itself, as all blocks of springs are (with n, T', s, L and c of
-// element_kernel.hpp, and w the weights with which coordinates move the ends of a spring,
+// spring_kernel.hpp, and w the weights with which coordinates move the ends of a spring,
 //
 //     w_p w_q k  to block (p, q) of K,   w_p w_q d  to that of D,      k = (T' - s/L) n n^T + s/L I,   d = c n n^T  ),
 //

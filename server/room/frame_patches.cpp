@@ -97,11 +97,11 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) 
     const auto which = body_->port_of(j);
     gets_patch.push_back(!failed && which && in_reach(*which, j.horizon) && j.wants_patch);
     if (gets_patch.back() && !kept_for(j, *which))
-      frame_model_.want(*which, stations_.at(j.id).builder->expected_slide(request_of(j, *which)));
+      frame_model_.request_patch(*which, stations_.at(j.id).builder->expected_slide(request_of(j, *which)));
   }
-  frame_model_.enter(PatchPart::rollouts);
+  frame_model_.enter(BuildPhase::rollouts);
   collect_snapshots(job, gets_patch, mean_horizon);
-  frame_model_.enter(PatchPart::other);
+  frame_model_.enter(BuildPhase::other);
   return gets_patch;
 }
 

@@ -8,7 +8,7 @@
 //
 // where p', v', tau' are those that it was made for, and scheme, order and silence are unchanged.
 //
-// A station whose tool was released (let_go.hpp) gets a constant patch with the fading force.
+// A station whose tool was released (release_fade.hpp) gets a constant patch with the fading force.
 #pragma once
 
 #include <functional>
@@ -36,7 +36,7 @@ class FramePatches {
   std::vector<StationFrame> build(const FrameJob& job, bool failed);
   /// Returns the modes of the newest patch that the station got, over all nodes; empty if it has got none.
   Matrix modes(StationId id) const;
-  void listen(std::function<void(PatchPart)> listener) { frame_model_.listen(std::move(listener)); }
+  void listen(std::function<void(BuildPhase)> listener) { frame_model_.listen(std::move(listener)); }
 
  private:
   /// The last patch of a sleeping body, valid while the body sleeps and the tool hardly moves.

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "server/body/element_kernel.hpp"
+#include "server/body/spring_kernel.hpp"
 #include "server/reduce/element_gradient.hpp"
 #include "server/reduce/local_body.hpp"
 

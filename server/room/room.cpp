@@ -101,7 +101,7 @@ void Room::build_patches(const FrameJob& job, FrameResult& result) {
     if (frame.patch) add_support(*frame.patch, result.positions, support);
 }
 
-void Room::listen(std::function<void(PatchPart)> listener) { state_->patches.listen(std::move(listener)); }
+void Room::listen(std::function<void(BuildPhase)> listener) { state_->patches.listen(std::move(listener)); }
 
 FrameResult Room::run(const FrameJob& job) {
   FrameResult result = simulate(job);

@@ -13,7 +13,7 @@
 //     |h'| tau + a tau^2 / 2 + 5 mm,     tau its horizon, a = kHandAccelerationMostMs2 (tool_prediction.hpp)
 //
 // A body that is reset is at rest from the beginning of that frame on, and no tool touches it. The force that a hand felt fades,
-// and then its tool may touch again (let_go.hpp); a grasp resumes where its node is in reach.
+// and then its tool may touch again (release_fade.hpp); a grasp resumes where its node is in reach.
 //
 // A body in equilibrium (stillness.hpp) that no tool holds, touches or can reach within the frame sleeps: time passes and it
 // stays exactly where it is. The frame in which a tool may reach it is stepped from its beginning.
@@ -34,7 +34,7 @@
 #include "common/port/patch.hpp"
 #include "common/wire/shape_blocks.hpp"
 #include "server/body/stepper.hpp"
-#include "server/reduce/patch_part.hpp"
+#include "server/reduce/build_phase.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -125,7 +125,7 @@ class Room {
   /// Returns in one line which integrator moves the body, and why.
   const std::string& integrator() const;
   /// Sets a listener that is called when each part of build_patches() begins, for touches.
-  void listen(std::function<void(PatchPart)> listener);
+  void listen(std::function<void(BuildPhase)> listener);
 
  private:
   struct State;

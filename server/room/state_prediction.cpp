@@ -11,7 +11,7 @@ namespace palpate {
 
 StatePrediction::StatePrediction(SteppedBody& body, FrameModel& frame_model)
     : body_(&body), frame_model_(&frame_model), snapshot_cache_(mean_edge_m(body.dynamics().body())) {
-  if (!body.integrator().stepper->leaves_no_trace() || body.dynamics().body().is_solid())
+  if (!body.integrator().stepper->is_stateless() || body.dynamics().body().is_solid())
     roughly_.emplace(body.dynamics(), body.skin());
 }
 

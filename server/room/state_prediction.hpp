@@ -3,7 +3,7 @@
 //
 // A rollout costs what the body costs over its time, c tau, c its cost by the selection of the integrator [s/s]; as many are run
 // as fit into kFrameCostMostS, none of a body with c > kBodyCostMax. Where the integrator cannot roll out, or takes more small
-// steps than that is worth, rough steps are taken (rough_steps.hpp). Tuned and measured: docs/notebook.md, 24, 26, 30, 33.
+// steps than that is worth, rough steps are taken (rollout_integrator.hpp). Tuned and measured: docs/notebook.md, 24, 26, 30, 33.
 #pragma once
 
 #include <deque>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "server/reduce/frame_model.hpp"
-#include "server/room/rough_steps.hpp"
+#include "server/room/rollout_integrator.hpp"
 #include "server/room/snapshot_cache.hpp"
 #include "server/room/stepped_body.hpp"
 
@@ -38,7 +38,7 @@ class StatePrediction {
 
   SteppedBody* body_;
   FrameModel* frame_model_;
-  std::optional<RoughSteps> roughly_;
+  std::optional<RolloutIntegrator> roughly_;
   SnapshotCache snapshot_cache_;
   std::deque<Vec3> warm_started_;  // places on the body at rest
 };

@@ -70,7 +70,7 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
 /// Skips time with the body unchanged; the tools are led from their old positions to those at `begin`.
 void SteppedBody::leave_out_until(Micros begin) {
   for (auto& [id, tool] : tools_)
-    if (!tool.track.empty()) tool.track.leave_out(time(), begin);
+    if (!tool.track.empty()) tool.track.set_quiescence_tolerance(time(), begin);
   body_.time_s = seconds(begin);
 }
 
@@ -121,7 +121,7 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   if (job.frame > Micros{} && behind > 1) step_s *= behind;
   // Half of the allowance for forces that are not computed, which is a fifth of what the hand-over of patches hides.
   constexpr double kLeftOutForceN = 0.005;
-  integrator_.stepper->leave_out(job.may_sleep ? kLeftOutForceN : 0);
+  integrator_.stepper->set_quiescence_tolerance(job.may_sleep ? kLeftOutForceN : 0);
   const auto tools = [&](std::size_t k, double t) { return tool(k, from_seconds(t)); };
   const Micros begin = time();
   AdvanceReport report;

@@ -27,7 +27,7 @@
 #include "server/body/stillness.hpp"
 #include "server/reduce/tool_prediction.hpp"
 #include "server/room/grasp.hpp"
-#include "server/room/let_go.hpp"
+#include "server/room/release_fade.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_track.hpp"
 
@@ -44,7 +44,7 @@ class SteppedBody {
 
   struct StationTool {
     ToolTrack track;
-    std::optional<LetGo> let_go;
+    std::optional<ReleaseFade> let_go;
     std::optional<MeasuredHeight> measured_height;
     Grasp grasp;
     Micros off{};  ///< time for which it stayed released when it last cost too much

@@ -37,7 +37,7 @@ void SteppedBody::sync_ports(const FrameJob& job) {
     ToolPort port;
     port.kind = scene_.tool.contact;
     port.node = scene_.tool.node;
-    port.parameters = {scene_.tool.coupling_n_m, scene_.tool.friction};
+    port.parameters = {scene_.tool.contact_stiffness_n_m, scene_.tool.friction};
     if (port.kind == ContactKind::attach) {
       const Vec3 offset = at_node(body_.x, port.node) - tool.track.at(time()).position;
       if (offset.norm() > kGraspReachM) continue;
@@ -82,7 +82,7 @@ void SteppedBody::reset() {
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.v.setZero();
-  while (!ports_.empty()) let_go_of(ports_.size() - 1, LetGo::kFadeTime);
+  while (!ports_.empty()) let_go_of(ports_.size() - 1, ReleaseFade::kFadeTime);
   asleep_ = false;
 }
 
@@ -90,7 +90,7 @@ void SteppedBody::let_go_of(std::size_t k, Micros off) {
   const ToolPort& port = ports_[k];
   const bool holds = port.kind == ContactKind::attach || port.touching;
   if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else its station left in this very frame
-    tool->second.let_go = LetGo{time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off};
+    tool->second.let_go = ReleaseFade{time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off};
   ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
   port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
 }

@@ -29,7 +29,7 @@ void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
   lead_on(before.position, body_time);
 }
 
-void ToolTrack::leave_out(Micros from, Micros to) { lead_on(at(from).position, to); }
+void ToolTrack::set_quiescence_tolerance(Micros from, Micros to) { lead_on(at(from).position, to); }
 
 /// Leads the tool from `from` back to its path.
 void ToolTrack::lead_on(const Vec3& from, Micros body_time) {

@@ -37,7 +37,7 @@ class ToolTrack {
   /// Adds ascending samples; one that is not newer than the last is dropped. `body_time`: how far the body has followed the path.
   void add(std::span<const ToolSample> samples, Micros body_time);
   /// Skips the body from `from` to `to`: the tool is led to where it is then, as by add().
-  void leave_out(Micros from, Micros to);
+  void set_quiescence_tolerance(Micros from, Micros to);
   /// Adds samples to a path that the body has not started to follow.
   void add(std::span<const ToolSample> samples) { add(samples, Micros::min()); }
   /// Returns the position, and the velocity of the segment that ends at or contains `t`.

@@ -81,7 +81,7 @@ bool crossed_edge(unsigned mask) {
 }
 
 /// Fills the cell nearest to the solid among those around node n that share a face with a kept one.
-bool fill_around(CellSet& cells, const Grid& grid, const Solid& solid, const Index3& n) {
+bool fill_around(CellSet& cells, const Grid& grid, const SignedDistance& solid, const Index3& n) {
   const Index3 low = n + Index3{-1, -1, -1};
   const auto cell = [&](unsigned b) {
     return low + Index3{static_cast<int>(b & 1u), static_cast<int>(b >> 1 & 1u), static_cast<int>(b >> 2 & 1u)};
@@ -106,7 +106,7 @@ bool fill_around(CellSet& cells, const Grid& grid, const Solid& solid, const Ind
 
 }  // namespace
 
-Grid grid_around(const Solid& solid, double spacing_m) {
+Grid grid_around(const SignedDistance& solid, double spacing_m) {
   const Eigen::AlignedBox3d box = solid.bounds();
   Grid grid;
   for (int a = 0; a < 3; ++a) {
@@ -118,14 +118,14 @@ Grid grid_around(const Solid& solid, double spacing_m) {
   return grid;
 }
 
-void make_manifold(CellSet& cells, const Grid& grid, const Solid& solid) {
+void make_manifold(CellSet& cells, const Grid& grid, const SignedDistance& solid) {
   for (bool changed = true; changed;) {
     changed = false;
     grid.each([&](const Index3& n) { changed = fill_around(cells, grid, solid, n) || changed; });
   }
 }
 
-Clipped clip_lattice(const Grid& grid, const Solid& solid) {
+Clipped clip_lattice(const Grid& grid, const SignedDistance& solid) {
   constexpr int kRounds = 5;
   CellSet cells(grid, false);
   cells.each([&](const Index3& c) { cells.set(c, solid.distance(centre(grid, c)) < 0); });

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "server/scene/grid.hpp"
-#include "server/scene/solid.hpp"
+#include "server/scene/signed_distance.hpp"
 #include "server/scene/surface.hpp"
 
 namespace palpate {
@@ -22,7 +22,7 @@ inline constexpr double kMinLength = 0.35;      ///< shortest element, in spacin
 inline constexpr double kMinCellVolume = 0.15;  ///< smallest cell, in undeformed cells
 
 /// Grid of this spacing around the solid, with a free cell on every side.
-Grid grid_around(const Solid& solid, double spacing_m);
+Grid grid_around(const SignedDistance& solid, double spacing_m);
 
 struct Clipped {
   CellSet cells;
@@ -34,13 +34,13 @@ struct Clipped {
 };
 
 /// Performs steps 1 to 4; returns no cells if no centre is inside.
-Clipped clip_lattice(const Grid& grid, const Solid& solid);
+Clipped clip_lattice(const Grid& grid, const SignedDistance& solid);
 
 /// Performs step 2: adds cells until the outside of `cells` is a manifold.
-void make_manifold(CellSet& cells, const Grid& grid, const Solid& solid);
+void make_manifold(CellSet& cells, const Grid& grid, const SignedDistance& solid);
 
 /// Performs step 3, starting from the grid positions.
-void snap_to_surface(Clipped& body, const Grid& grid, const Solid& solid);
+void snap_to_surface(Clipped& body, const Grid& grid, const SignedDistance& solid);
 
 /// Cells smaller than kMinCellVolume.
 std::vector<Index3> flat_cells(const Clipped& body, const Grid& grid);

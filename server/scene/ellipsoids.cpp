@@ -2,7 +2,7 @@
 #include <limits>
 #include <vector>
 
-#include "server/scene/solid.hpp"
+#include "server/scene/signed_distance.hpp"
 
 namespace palpate {
 
@@ -22,7 +22,7 @@ struct Ellipsoid {
   Vec3 reach() const { return (to_world * radii.asDiagonal()).rowwise().norm(); }
 };
 
-class Ellipsoids final : public Solid {
+class Ellipsoids final : public SignedDistance {
  public:
   Ellipsoids(std::span<const EllipsoidSettings> parts, double blend) : blend_(blend) {
     for (const auto& e : parts) parts_.push_back({e.center_m, e.radii_m, rotation_xyz(e.rotation_deg)});
@@ -78,7 +78,7 @@ class Ellipsoids final : public Solid {
 
 }  // namespace
 
-std::unique_ptr<Solid> make_ellipsoids(std::span<const EllipsoidSettings> ellipsoids, double blend_m) {
+std::unique_ptr<SignedDistance> make_ellipsoids(std::span<const EllipsoidSettings> ellipsoids, double blend_m) {
   return std::make_unique<Ellipsoids>(ellipsoids, blend_m);
 }
 

@@ -62,7 +62,7 @@ Grid box_grid(const LatticeSettings& settings) {
   return grid;
 }
 
-std::unique_ptr<Solid> make_solid(const ClipSettings& clip, const SceneText& text) {
+std::unique_ptr<SignedDistance> make_solid(const ClipSettings& clip, const SceneText& text) {
   if (!clip.mesh) return make_ellipsoids(clip.ellipsoids, clip.blend_m);
   const std::string where = text.where(kClip + ".mesh.file") + ": mesh " + clip.mesh->file;
   return make_mesh_solid(read_closed_mesh(*clip.mesh, where));
@@ -75,7 +75,7 @@ std::string millimetres(double metres) {
 }
 
 /// Grid around the solid; refuses a spacing that does not fit.
-Grid grid_in_reach(const Solid& solid, const LatticeSettings& settings, const SceneText& text) {
+Grid grid_in_reach(const SignedDistance& solid, const LatticeSettings& settings, const SceneText& text) {
   const double spacing = settings.spacing_m;
   const Vec3 extent = solid.bounds().sizes();
   const double widest = extent.minCoeff() / kMinCellsAcross, finest = std::cbrt(extent.prod() / kMaxClipNodes);
@@ -93,7 +93,7 @@ Grid grid_in_reach(const Solid& solid, const LatticeSettings& settings, const Sc
   return grid_around(solid, spacing);
 }
 
-Clipped clip(const Grid& grid, const Solid& solid, const SceneText& text) {
+Clipped clip(const Grid& grid, const SignedDistance& solid, const SceneText& text) {
   if (grid.count() > kMaxGridNodes) text.refuse(kClip, "the lattice around the clip is too fine", "a larger spacing");
   Clipped clipped = clip_lattice(grid, solid);
   if (clipped.cells.count() == 0)

@@ -9,7 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/file/read_file.hpp"
 #include "common/json/json.hpp"
-#include "server/scene/solid.hpp"
+#include "server/scene/signed_distance.hpp"
 #include "server/scene/surface.hpp"
 #include "server/scene/surface_repair.hpp"
 

@@ -76,7 +76,7 @@ class Shown {
   bool hidden_ = false;
 };
 
-class MeshSolid final : public Solid {
+class MeshSolid final : public SignedDistance {
  public:
   explicit MeshSolid(TriangleMesh mesh) : all_(std::move(mesh)) {
     if (auto shown = Shown(all_).take(); shown && !shown->triangles.empty()) shown_.emplace(std::move(*shown));
@@ -111,6 +111,6 @@ class MeshSolid final : public Solid {
 
 }  // namespace
 
-std::unique_ptr<Solid> make_mesh_solid(TriangleMesh mesh) { return std::make_unique<MeshSolid>(std::move(mesh)); }
+std::unique_ptr<SignedDistance> make_mesh_solid(TriangleMesh mesh) { return std::make_unique<MeshSolid>(std::move(mesh)); }
 
 }  // namespace palpate

@@ -8,10 +8,10 @@
 #include <memory>
 
 #include "server/scene/mesh_file.hpp"
-#include "server/scene/solid.hpp"
+#include "server/scene/signed_distance.hpp"
 
 namespace palpate {
 
-std::unique_ptr<Solid> make_mesh_solid(TriangleMesh mesh);
+std::unique_ptr<SignedDistance> make_mesh_solid(TriangleMesh mesh);
 
 }  // namespace palpate

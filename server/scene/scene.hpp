@@ -90,10 +90,10 @@ double mean_edge_m(const LumpedBody& body);
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;
-  std::uint32_t node = 0;      ///< attach: index into LumpedBody::nodes
-  double friction = 0.3;       ///< touch: Coulomb mu
-  double coupling_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
-  double radius_m = 0;         ///< touch: contact radius of the tip (skin.hpp), 0 = a point
+  std::uint32_t node = 0;               ///< attach: index into LumpedBody::nodes
+  double friction = 0.3;                ///< touch: Coulomb mu
+  double contact_stiffness_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
+  double radius_m = 0;                  ///< touch: contact radius of the tip (skin.hpp), 0 = a point
 };
 
 /// Integrator of the body (server/body/integrator_selection.hpp).

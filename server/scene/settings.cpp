@@ -205,10 +205,10 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
     text.refuse("tool.contact", "the tool touches a sheet, which has no surface", "\"attach\"");
   }
   text.in_range("tool.mu", in.mu, 0, 2, "");
-  text.in_range("tool.coupling_n_m", in.coupling_n_m, 1, 1e6, "N/m");
+  text.in_range("tool.contact_stiffness_n_m", in.contact_stiffness_n_m, 1, 1e6, "N/m");
   text.in_range("tool.radius_m", in.radius_m, 0, 0.5, "m");
   out.tool.friction = in.mu;
-  out.tool.coupling_n_m = in.coupling_n_m;
+  out.tool.contact_stiffness_n_m = in.contact_stiffness_n_m;
   out.tool.radius_m = in.radius_m;
   if (!text.has(node)) return;
   if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");
@@ -270,10 +270,11 @@ SceneSettings read_settings(const SceneText& text) {
   else
     read_lattice(text, *in.body, out.lattice);
   read_ligaments(text, *in.body, out);
-  out.is_loaded = choice(text, "body.given_shape", in.body->given_shape, kGivenShapeNames, 0) == 1;
+  out.is_loaded = choice(text, "body.reference_configuration", in.body->reference_configuration, kGivenShapeNames, 0) == 1;
   const Vec3& gravity = out.mesh ? out.mesh->gravity_m_s2 : out.lattice.gravity_m_s2;
   if (out.is_loaded && gravity.squaredNorm() == 0)
-    text.refuse("body.given_shape", "body.given_shape is \"loaded\", but nothing loads the body", "gravity_m_s2");
+    text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\", but nothing loads the body",
+                "gravity_m_s2");
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   return out;

@@ -195,12 +195,12 @@ Json to_json(const SceneSettings& settings) {
       ligaments.items.push_back(std::move(item));
     }
   }
-  body.add("given_shape", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
+  body.add("reference_configuration", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
   Json& tool = out.add("tool", Json::object());
   tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(settings.tool.contact)]));
   if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));
   tool.add("mu", Json::number(settings.tool.friction));
-  tool.add("coupling_n_m", Json::number(settings.tool.coupling_n_m));
+  tool.add("contact_stiffness_n_m", Json::number(settings.tool.contact_stiffness_n_m));
   tool.add("radius_m", Json::number(settings.tool.radius_m));
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));

@@ -17,7 +17,7 @@ constexpr int kInteriorSweeps = 40;
 
 class Snapper {
  public:
-  Snapper(Clipped& body, const Grid& grid, const Solid& solid)
+  Snapper(Clipped& body, const Grid& grid, const SignedDistance& solid)
       : grid_(grid),
         number_(body.nodes.number),
         solid_(solid),
@@ -111,7 +111,7 @@ class Snapper {
 
   const Grid& grid_;
   const std::vector<std::uint32_t>& number_;
-  const Solid& solid_;
+  const SignedDistance& solid_;
   std::vector<Vec3>& x_;
   const std::vector<Vec3> start_;
   const double reach_;
@@ -121,6 +121,6 @@ class Snapper {
 
 }  // namespace
 
-void snap_to_surface(Clipped& body, const Grid& grid, const Solid& solid) { Snapper(body, grid, solid).run(); }
+void snap_to_surface(Clipped& body, const Grid& grid, const SignedDistance& solid) { Snapper(body, grid, solid).run(); }
 
 }  // namespace palpate

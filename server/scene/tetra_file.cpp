@@ -10,7 +10,7 @@
 #include "common/base/in_quotes.hpp"
 #include "common/file/read_file.hpp"
 #include "common/json/json.hpp"
-#include "server/scene/solid.hpp"
+#include "server/scene/signed_distance.hpp"
 #include "server/scene/words.hpp"
 
 namespace palpate {

@@ -83,7 +83,7 @@ TEST_CASE("A column that is needed less exactly stops earlier, and those beside 
     Vector ax;
     system.a.multiply(system.x[k], ax);
     const double wrong = (ax - system.b[k]).norm() / system.b[k].norm();
-    CHECK(wrong < 1.05 * kTolerance * columns[k].looser);
+    CHECK(wrong < 1.05 * kTolerance * columns[k].tolerance_factor);
     CHECK((wrong > 2 * kTolerance) == (k < 2));
     CHECK((system.x[k] == exactly.x[k]) == (k >= 2));
   }

@@ -53,7 +53,7 @@ TEST_CASE("what a player's triangle pushes beyond its tangent is what is left of
   for (int k = 0; k < 20; ++k) {
     const Mat3 turned = Eigen::Quaterniond(Eigen::Vector4d::NullaryExpr([&] { return normal(random); })).normalized().matrix();
     const Mat3 f = in_plane(turned, 1 + 0.2 * normal(random), 1 + 0.2 * normal(random), 0.2 * normal(random));
-    TetraStamp at;
+    ElementLinearisation at;
     TetraLanes df;
     std::vector<Mat3> changes;
     for (int l = 0; l < kTetraLane; ++l) {
@@ -66,8 +66,8 @@ TEST_CASE("what a player's triangle pushes beyond its tangent is what is left of
       }
       changes.push_back(change);
     }
-    const TetraLanes q = nonlinear_residual_stress(at, df, TetraTurn());
-    const TetraLane energy = nonlinear_residual_energy(at, df, TetraTurn());
+    const TetraLanes q = nonlinear_residual_stress(at, df, ElementRotation());
+    const TetraLane energy = nonlinear_residual_energy(at, df, ElementRotation());
     for (int l = 0; l < kTetraLane; ++l) {
       const Mat3& change = changes[static_cast<std::size_t>(l)];
       const Mat3 here = elastic_stress(m, f), linear = TetraTangent(m, f, false).apply(change);

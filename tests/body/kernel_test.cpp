@@ -1,5 +1,5 @@
 // The element kernel against central finite differences of its own force, and the spring laws against their formulas.
-#include "server/body/element_kernel.hpp"
+#include "server/body/spring_kernel.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kStiffening = 4;
 
 Vec3 force(SpringLaw law, const Element& e, const Vec3& d, const Vec3& w) {
-  return ElementKernel::force_on_a(ElementKernel(law, kStiffening).evaluate(e, d, w));
+  return SpringKernel::force_on_a(SpringKernel(law, kStiffening).evaluate(e, d, w));
 }
 
 /// Derivative of `f` at x by central differences.
@@ -30,7 +30,7 @@ Mat3 difference(const F& f, const Vec3& x, double step) {
 
 TEST_CASE("Both tangents of an element are the derivatives of its force for every spring law") {
   const auto law = GENERATE(SpringLaw::linear, SpringLaw::stiffening, SpringLaw::thigh_skin);
-  const ElementKernel kernel(law, kStiffening);
+  const SpringKernel kernel(law, kStiffening);
   Random random(7);
   for (int trial = 0; trial < 300; ++trial) {
     const Element e{0, 1, 0.05, random.uniform(10, 500), random.uniform(0, 2)};
@@ -38,7 +38,7 @@ TEST_CASE("Both tangents of an element are the derivatives of its force for ever
     const Vec3 d = random.uniform(0.2, 1.9) * e.rest_length_m * random_vector(random, 1).normalized();
     const Vec3 w = random_vector(random, 0.5);
     const ElementState s = kernel.evaluate(e, d, w);
-    const Mat3 k = ElementKernel::stiffness_exact(e, s), c = ElementKernel::damping(e, s);
+    const Mat3 k = SpringKernel::stiffness_exact(e, s), c = SpringKernel::damping(e, s);
     const Mat3 k_fd = difference([&](const Vec3& at) { return force(law, e, at, w); }, d, 2e-7);
     const Mat3 c_fd = difference([&](const Vec3& at) { return force(law, e, d, at); }, w, 1e-2);
     CHECK((k - k_fd).norm() < 1e-6 * k.norm());
@@ -62,17 +62,16 @@ TEST_CASE("The energy of a spring is the integral of its tension for every law")
 
 TEST_CASE("The symmetric stiffness is symmetric, is the exact one without motion, and is positive when clamped") {
   const auto law = GENERATE(SpringLaw::linear, SpringLaw::stiffening, SpringLaw::thigh_skin);
-  const ElementKernel kernel(law, kStiffening);
+  const SpringKernel kernel(law, kStiffening);
   Random random(8);
   for (int trial = 0; trial < 100; ++trial) {
     const Element e{0, 1, 0.05, 60, 0.5};
     const Vec3 d = random.uniform(0.2, 1.9) * e.rest_length_m * random_vector(random, 1).normalized();
     const ElementState moving = kernel.evaluate(e, d, random_vector(random, 0.5)), still = kernel.evaluate(e, d, Vec3::Zero());
-    const Mat3 k = ElementKernel::stiffness_symmetric(moving, false);
+    const Mat3 k = SpringKernel::stiffness_symmetric(moving, false);
     CHECK((k - k.transpose()).norm() < 1e-15 * k.norm());
-    CHECK((ElementKernel::stiffness_symmetric(still, false) - ElementKernel::stiffness_exact(e, still)).norm() <
-          1e-12 * k.norm());
-    const Mat3 clamped = ElementKernel::stiffness_symmetric(moving, true);
+    CHECK((SpringKernel::stiffness_symmetric(still, false) - SpringKernel::stiffness_exact(e, still)).norm() < 1e-12 * k.norm());
+    const Mat3 clamped = SpringKernel::stiffness_symmetric(moving, true);
     CHECK(Eigen::SelfAdjointEigenSolver<Mat3>(clamped).eigenvalues()[0] > -1e-9 * clamped.norm());
   }
 }
@@ -93,7 +92,7 @@ TEST_CASE("The spring laws follow their formulas and start at the element's stif
 
 TEST_CASE("An element of no length has no force and no stiffness") {
   const Element e{0, 1, 0.05, 120, 1};
-  const ElementState s = ElementKernel(SpringLaw::linear, 0).evaluate(e, Vec3::Zero(), Vec3::Ones());
-  CHECK(ElementKernel::force_on_a(s).norm() == 0);
-  CHECK(ElementKernel::stiffness_exact(e, s).allFinite());
+  const ElementState s = SpringKernel(SpringLaw::linear, 0).evaluate(e, Vec3::Zero(), Vec3::Ones());
+  CHECK(SpringKernel::force_on_a(s).norm() == 0);
+  CHECK(SpringKernel::stiffness_exact(e, s).allFinite());
 }

@@ -36,7 +36,7 @@ Felt touch(double left_out_n, int frames, std::size_t threads = 1) {
   const Dynamics dynamics(body);
   const Skin skin(body, 0.03);
   Integrator stepper(dynamics, skin);
-  stepper.leave_out(left_out_n);
+  stepper.set_quiescence_tolerance(left_out_n);
   SpinningThreadPool pool(threads);
   stepper.use_threads(pool);
   REQUIRE(stepper.springs() >= ExplicitBody::kWorthSharing);

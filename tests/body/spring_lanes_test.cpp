@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "server/body/element_kernel.hpp"
+#include "server/body/spring_kernel.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -19,10 +19,10 @@ TEST_CASE("Forces of springs side by side are those of one after the other to th
   BodyState state = random_state(dynamics, 4, 0.004, 0.5);
   const Element& flat = body.elements[20];  // now of zero length
   at_node(state.x, flat.b) = at_node(state.x, flat.a);
-  const ElementKernel kernel(body.law, body.stiffening);
+  const SpringKernel kernel(body.law, body.stiffening);
   Vector expected = Vector::Constant(state.x.size(), 0.125);
   for (const Element& e : body.elements) {
-    const Vec3 force = ElementKernel::force_on_a(
+    const Vec3 force = SpringKernel::force_on_a(
         kernel.evaluate(e, at_node(state.x, e.b) - at_node(state.x, e.a), at_node(state.v, e.b) - at_node(state.v, e.a)));
     at_node(expected, e.a) += force;
     at_node(expected, e.b) -= force;

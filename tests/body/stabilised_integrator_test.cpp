@@ -161,7 +161,7 @@ TEST_CASE("What a frame comes to does not depend on the frames that an integrato
   ToolBench bench(damped_box(), ContactKind::touch);
   const auto way = [](double t) { return Vec3(0.02, 0.031, kStabilisedTopM - 0.005 * std::min(1.0, t / 0.1)); };
   StabilisedIntegrator used(bench.dynamics, bench.skin), fresh(bench.dynamics, bench.skin);
-  REQUIRE(used.leaves_no_trace());
+  REQUIRE(used.is_stateless());
   bench.felt(used, 0.010, 0.2, [](double t) { return Vec3(0.04 - 0.1 * t, 0.02, kStabilisedTopM - 0.003); });
   CHECK(bench.felt(used, 0.010, 0.2, way) == bench.felt(fresh, 0.010, 0.2, way));
 }

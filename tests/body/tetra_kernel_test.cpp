@@ -255,7 +255,7 @@ TEST_CASE("what a player's tetrahedron pushes beyond its tangent is what is left
     const double poisson = m.viscous_lambda / (2 * (m.viscous_lambda + m.viscous_mu)), mu_l = m.viscous_mu / 0.02,
                  lambda_l = m.viscous_lambda / 0.02;
     for (const Mat3& f : deformations()) {
-      TetraStamp at;
+      ElementLinearisation at;
       std::vector<Mat3> changes;
       TetraLanes df;
       for (int l = 0; l < kTetraLane; ++l) {
@@ -263,8 +263,8 @@ TEST_CASE("what a player's tetrahedron pushes beyond its tangent is what is left
         changes.push_back(draw.matrix(std::pow(10.0, -2 + 0.28 * l)));
         for (int k = 0; k < 9; ++k) df[static_cast<std::size_t>(k)][l] = static_cast<float>(changes.back()(k / 3, k % 3));
       }
-      const TetraLanes q = nonlinear_residual_stress(at, df, TetraTurn());
-      const TetraLane energy = nonlinear_residual_energy(at, df, TetraTurn());
+      const TetraLanes q = nonlinear_residual_stress(at, df, ElementRotation());
+      const TetraLane energy = nonlinear_residual_energy(at, df, ElementRotation());
       for (int l = 0; l < kTetraLane; ++l) {
         Mat3 change, found;
         for (int k = 0; k < 9; ++k) {

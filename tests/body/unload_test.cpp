@@ -29,14 +29,14 @@ double farthest_mm(const std::vector<Vec3>& nodes, const Vector& x) {
 Scene column(bool loaded, const std::string& relaxation = "") {
   return read_scene(R"({"body": {"lattice": {"nodes": [2, 2, 21], "size_m": [0.005, 0.005, 0.1], "fixed_faces": ["z+"],
       "gravity_m_s2": [0, 0, -9.81], "solid": {"young_pa": 20000, "poisson": 0)" +
-                        relaxation + R"(}}, "given_shape": ")" + (loaded ? "loaded" : "stress-free") + "\"}}",
+                        relaxation + R"(}}, "reference_configuration": ")" + (loaded ? "loaded" : "stress-free") + "\"}}",
                     "column.json");
 }
 
 }  // namespace
 
 TEST_CASE("A body that was given as it hangs hangs so", "[body][unload]") {
-  const std::string loaded = R"(, "given_shape": "loaded")";
+  const std::string loaded = R"(, "reference_configuration": "loaded")";
   for (const std::string made_of :
        {R"("solid": {"young_pa": 30000})", R"("solid": {"young_pa": 30000, "element": "tetrahedron"})", R"("young_pa": 30000)",
         R"("solid": {"young_pa": 30000, "relaxation": [{"share": 0.4, "time_s": 1}]})"}) {
@@ -67,10 +67,10 @@ TEST_CASE("A hanging column that was given as loaded is as much shorter at rest 
 }
 
 TEST_CASE("What hangs as nothing ever could that was free of stress is refused", "[body][unload]") {
-  const Scene given = bar(R"("solid": {"young_pa": 150})", R"(, "given_shape": "loaded")");
-  CHECK_THROWS_AS(unloaded(given.body, "bar.json: body.given_shape"), InputError);
+  const Scene given = bar(R"("solid": {"young_pa": 150})", R"(, "reference_configuration": "loaded")");
+  CHECK_THROWS_AS(unloaded(given.body, "bar.json: body.reference_configuration"), InputError);
   CHECK_THROWS_AS(read_scene(R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.1, 0.1, 0.1], "young_pa": 1000},
-      "given_shape": "loaded"}})",
+      "reference_configuration": "loaded"}})",
                              "a.json"),
                   InputError);
 }

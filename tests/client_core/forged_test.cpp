@@ -17,7 +17,7 @@ struct Forger {
   StationId station = world.newest(1).station;
   std::uint32_t seq = 1'000'000;
 
-  void send(Body body, Micros echo) {
+  void send(Payload body, Micros echo) {
     Message message{instance, station, ++seq, {world.clock(1), echo, Micros{}}, std::move(body)};
     std::array<std::byte, kMaxDatagramBytes> bytes;
     const auto size = encode(message, bytes);

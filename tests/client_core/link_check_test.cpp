@@ -9,7 +9,7 @@
 
 #include "common/io/monotonic.hpp"
 #include "common/io/udp_relay.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 
 using namespace palpate;
 
@@ -27,7 +27,7 @@ class Road {
   std::string address() const { return to_string(relay_.address()); }
 
  private:
-  ServerShell shell_{{{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {"127.0.0.1:0", 20, 1}, {}};
+  UdpServer shell_{{{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {"127.0.0.1:0", 20, 1}, {}};
   asio::io_context io_{1};
   UdpRelay relay_;
   std::jthread server_{[this] { shell_.run(); }}, road_{[this] { io_.run(); }};

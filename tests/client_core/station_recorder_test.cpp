@@ -69,7 +69,7 @@ TEST_CASE("patches are kept as they came, and nothing else that the server says"
   recorder.datagram(core, {}, world.clock(1));  // from here on
   std::vector<std::vector<std::byte>> patches;
   std::array<std::byte, kMaxDatagramBytes> out;
-  const auto take = [&](Body body) {
+  const auto take = [&](Payload body) {
     const Micros sent = world.places[1].sent;
     const ClockStamps clock{world.now, sent, world.clock(1) - sent};
     const Message real = world.newest(1);

@@ -9,7 +9,7 @@
 #include "client/io/udp_client.hpp"
 #include "common/base/error.hpp"
 #include "common/io/monotonic.hpp"
-#include "server/io/server_shell.hpp"
+#include "server/io/udp_server.hpp"
 
 using namespace palpate;
 using namespace std::chrono_literals;
@@ -18,7 +18,7 @@ namespace {
 
 /// A server on a free port, on its own thread.
 struct RunningServer {
-  ServerShell shell{{{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {"127.0.0.1:0", 20, 1}, {}};
+  UdpServer shell{{{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {"127.0.0.1:0", 20, 1}, {}};
   std::string address = to_string(shell.address());
   std::thread thread{[this] { shell.run(); }};
   ~RunningServer() {
@@ -72,7 +72,7 @@ TEST_CASE("a body that throws ends its own room: its hand is told and refused, t
     return room.simulate(job);
   };
   std::atomic<int> said = 0;
-  ServerShell shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const ServerEvent& event) {
+  UdpServer shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const ServerEvent& event) {
     said += event.kind == "room_failed" && event.text == "room \"one\": the body failed, the room is closed: out of the world";
   });
   std::thread thread([&] { shell.run(); });
@@ -117,7 +117,7 @@ TEST_CASE("a second hand on the node is refused by name of the reason") {
 TEST_CASE(
     "two rooms of one process serve a hand each on a pool of threads, and a room that is not there is refused with the list") {
   const auto scene = [](const char* name) { return load_scene(std::string(PALPATE_SOURCE_DIR "/scenes/") + name + ".json"); };
-  ServerShell shell({{"grasped", scene("cube6")}, {"touched", scene("touch-cube")}}, {"127.0.0.1:0", 60, 2}, {});
+  UdpServer shell({{"grasped", scene("cube6")}, {"touched", scene("touch-cube")}}, {"127.0.0.1:0", 60, 2}, {});
   std::thread thread([&] { shell.run(); });
   const std::string address = to_string(shell.address());
   std::vector<std::unique_ptr<ClientCore>> cores;
@@ -152,7 +152,7 @@ TEST_CASE("a frame that does not end is seen by whoever watches, while the netwo
     wait.wait();
     return room.simulate(job);
   };
-  ServerShell shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, options, {});
+  UdpServer shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, options, {});
   std::atomic<Micros> longest{Micros{}};
   std::atomic<int> hands = 0, joins = 0;
   shell.on_pulse([&](const ServerState& state) {
@@ -222,7 +222,7 @@ TEST_CASE("a client that nobody answers looks for its server from a new port, ev
 TEST_CASE("a port in use and a host that does not parse are bad input") {
   RunningServer server;
   const auto scene = load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json");
-  CHECK_THROWS_AS(ServerShell({{"cube", scene}}, {server.address, 20, 1}, {}), InputError);
+  CHECK_THROWS_AS(UdpServer({{"cube", scene}}, {server.address, 20, 1}, {}), InputError);
   ClientCore core(named("hand"), monotonic_now());
   CHECK_THROWS_AS(UdpClient("127.0.0.1", core), InputError);
   CHECK_THROWS_AS(UdpClient("127.0.0.1:0", core), InputError);

@@ -63,12 +63,12 @@ def check_run(program, scenes, work):
     assert run["scene"]["name"] == "touch-cube" and run["scene"]["hash"] == fnv1a(scene), run
     assert run["flags"]["gesture"] == "press" and run["version"] and run["machine"]["cores"] > 0, run
     felt = []
-    for scheme in ("cubic", "hyper", "auto"):  # the older name and today's; what a server gives that has the time
+    for scheme in ("hyper", "auto"):  # auto: what a server gives that has the time
         lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", scheme, "--out", work / scheme)
         felt.append((work / scheme / "forces.csv").read_bytes())
         summary = (work / scheme / "summary.json").read_text()
-        assert json.loads(summary)["run"]["scheme"] == scheme.replace("cubic", "hyper") and "cubic" not in summary, summary
-    assert felt[0] == felt[1] == felt[2], "cubic or auto is not hyper"
+        assert json.loads(summary)["run"]["scheme"] == scheme, summary
+    assert felt[0] == felt[1], "auto is not hyper"
     motion = work / "stroke.csv"
     lab(program, "gesture", "--scene", scene, "--kind", "stroke", "--out", motion)
     lab(program, "replay", "--scene", scene, "--motion", motion, "--scheme", "hold", "--out", work / "stroke")
@@ -90,7 +90,7 @@ def check_felt(program, scenes, work):
         f = force[1:4]
         rows.append(",".join([*at, *f, "20", force[8], *f, force[8], *f, force[8]]))
     (report / "forces.csv").write_text("\n".join(rows) + "\n")
-    for ran, key in [("hyper", "hyper"), ("cubic", "hyper"), ("port", "port, felt")]:  # cubic: the older name
+    for ran, key in [("hyper", "hyper"), ("port", "port, felt")]:
         (report / "summary.json").write_text(json.dumps({"run": {"scheme": ran}}))
         lab(program, "felt", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt")
         result = json.loads((work / "felt" / "felt.json").read_text())
@@ -98,14 +98,14 @@ def check_felt(program, scenes, work):
         assert result[key]["snr_db"] == result["port"]["snr_db"], result
     # What was felt here was the last force, over no link: by itself, and beside the same without jitter and loss.
     (report / "summary.json").write_text(json.dumps({"run": {"scheme": "hold", "order": 0, "rate_hz": 20}}))
-    felt_alone = program.parent / "palpate-felt"
+    felt_alone = program.parent / "palpate-fidelity"
     done = lab(felt_alone, "--scene", scenes / "touch-cube.json", "--report", report, "--clean-rtt-ms", 0, "--out", work / "clean")
     result = json.loads((work / "clean" / "felt.json").read_text())
     assert abs(result["clean_link"]["snr_db"] - result["hold, felt"]["snr_db"]) < 1, result
-    assert "Over 0 ms without jitter and loss" in done.stdout and result["run"]["program"] == "palpate-felt", done.stdout
+    assert "Over 0 ms without jitter and loss" in done.stdout and result["run"]["program"] == "palpate-fidelity", done.stdout
     (report / "summary.json").unlink()
     done = lab(felt_alone, "--scene", scenes / "touch-cube.json", "--report", report, "--clean-rtt-ms", 0, "--out", work / "x", expect=2)
-    assert "the report names no scheme" in done.stderr and done.stderr.startswith("palpate-felt: "), done.stderr
+    assert "the report names no scheme" in done.stderr and done.stderr.startswith("palpate-fidelity: "), done.stderr
 
 
 def check_dominance(program, scenes, work):
@@ -122,7 +122,7 @@ def check_dominance(program, scenes, work):
 
 
 def check_words(program, scenes, work):
-    done = lab(program, "truth", "--scenes", scenes, "--only", "cubee", "--out", work / "x", expect=2)
+    done = lab(program, "accuracy", "--scenes", scenes, "--only", "cubee", "--out", work / "x", expect=2)
     assert "cubee" in done.stderr and "cube6, organ" in done.stderr, done.stderr
     done = lab(program, "replay", "--no-such-flag", "--out", work / "x", expect=2)
     assert "palpate-lab replay --help" in done.stderr, done.stderr
@@ -133,7 +133,7 @@ def check_words(program, scenes, work):
     done = lab(program, "replay", "--help")
     assert "->" not in done.stdout and "Example" in done.stdout and "20" in done.stdout, done.stdout
     names = [line.split()[0] for line in lab(program, "list").stdout.splitlines() if line.startswith("  ")]
-    assert len(names) == len(set(names)) > 20 and "truth" in names, names
+    assert len(names) == len(set(names)) > 20 and "accuracy" in names, names
 
 
 def main():

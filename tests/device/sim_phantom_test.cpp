@@ -154,7 +154,7 @@ TEST_CASE("A hand that lets go leaves the device to the force with the speed it 
   CHECK((device.position() - at).y() == Approx(0.5 * 2 * 0.01).epsilon(1e-9));
 }
 
-TEST_CASE("A grip that loosens goes on holding, as the looser hand that it is", "[device]") {
+TEST_CASE("A grip that loosens goes on holding, as the tolerance_factor hand that it is", "[device]") {
   SimPhantomOptions options = exact(*palpate::hand_from_name("firm"));
   options.release_s = 0.5;
   options.hand_after_release = *palpate::hand_from_name("light");

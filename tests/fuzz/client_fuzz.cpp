@@ -76,7 +76,7 @@ class Stage {
  private:
   using Datagram = std::vector<std::byte>;
 
-  Datagram written(const Body& body) {
+  Datagram written(const Payload& body) {
     Message message;
     message.instance = 0xfeedbeef;
     message.station = 7;
@@ -85,13 +85,13 @@ class Stage {
     message.body = body;
     return seeds::bytes_of(message);
   }
-  void say(const Body& body) { deliver(written(body)); }
+  void say(const Payload& body) { deliver(written(body)); }
   void say_kind(Script& script) { say(kinds_[script.number(1) % kinds_.size()].body); }
   /// A timely patch of the client's kind of contact or the other.
-  Body patch(Script& script, std::uint64_t how) {
+  Payload patch(Script& script, std::uint64_t how) {
     return patch_of(script.number(1), how == 15 ? seq_ + 0x7fffffffu : ++seq_, Micros{10'000} * static_cast<int>(how));
   }
-  Body patch_of(std::size_t which, std::uint32_t seq, Micros age) {
+  Payload patch_of(std::size_t which, std::uint32_t seq, Micros age) {
     static const std::array<Patch, 4> patches{seeds::attach_patch(11), seeds::touch_patch(8, 12, 16), seeds::touch_patch(0, 7, 6),
                                               seeds::shared_patch(8, 7, 6, 3)};
     Patch patch = patches[which % patches.size()];

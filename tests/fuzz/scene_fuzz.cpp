@@ -22,7 +22,7 @@ const std::vector<std::string> kScenes{
     R"({ "body": { "lattice": { "nodes": [4, 4, 4], "size_m": [0.1, 0.1, 0.1], "origin_m": [-0.05, -0.05, -0.05],
   "clip": { "ellipsoids": [ { "center_m": [0, 0, 0], "radii_m": [0.05, 0.04, 0.05], "rotation_deg": [0, 30, 0] } ], "blend_m": 0.01 },
   "solid": { "law": "corotational", "young_pa": 5000, "poisson": 0.4, "damping_s": 0.01, "mass_damping_1_s": 1 },
-  "layers": [ { "above_x_m": 0, "young_pa": 9000 } ], "fixed_below_z_m": -0.03 } }, "tool": { "mu": 0.5, "coupling_n_m": 900, "radius_m": 0.004 } })",
+  "layers": [ { "above_x_m": 0, "young_pa": 9000 } ], "fixed_below_z_m": -0.03 } }, "tool": { "mu": 0.5, "contact_stiffness_n_m": 900, "radius_m": 0.004 } })",
     R"({ "body": { "mesh": { "file": "a.msh", "scale": 0.001, "rotation_deg": [0, 0, 90], "offset_m": [0, 0, 0.1], "density_kg_m3": 1050,
   "solid": { "young_pa": 3000 }, "regions": [ { "id": 2, "poisson": 0.3 } ], "fixed_above_z_m": 0.2 } } })",
     R"({ "body": { "lattice": { "spacing_m": 0.02, "clip": { "mesh": { "file": "../a.obj", "scale": 1 } }, "stiffness_n_m": 20, "damping_n_s_m": 1 } } })"};

@@ -106,7 +106,7 @@ class Stage {
     now_ += time;
     settle();
   }
-  Datagram say(std::size_t k, Body body) {
+  Datagram say(std::size_t k, Payload body) {
     Peer& peer = peers_[k];
     peer.as.body = std::move(body);
     peer.as.clock = peer.sync.stamp(clock(k));

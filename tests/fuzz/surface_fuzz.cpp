@@ -5,7 +5,7 @@
 #include "common/base/error.hpp"
 #include "server/scene/mesh_file.hpp"
 #include "server/scene/mesh_solid.hpp"
-#include "server/scene/solid.hpp"
+#include "server/scene/signed_distance.hpp"
 #include "tests/fuzz/text_mutator.hpp"
 
 using namespace palpate;

@@ -24,7 +24,7 @@ PROGRAMS = {  # package: its programs
     "palpate-client": ["palpate-client", "palpate-relay"],
     "palpate-key": ["palpate-key"],
     "palpate-view": ["palpate-view"],
-    "palpate-lab": ["palpate-felt", "palpate-lab"],
+    "palpate-lab": ["palpate-fidelity", "palpate-lab"],
 }
 HOLDS = {  # package: files beside programs and texts that have to be there
     "palpate-server": ["lib/systemd/system/palpate-server.service", "etc/default/palpate-server", "usr/share/palpate/monitoring/alerts.yml"],

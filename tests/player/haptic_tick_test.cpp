@@ -220,7 +220,7 @@ TEST_CASE("What a patch shows a hand of stiffness is that of its port, and a dev
 
   // For a touch: the response to a slow push along the normal.
   Patch touch = test::touch_patch(6, 1, kEpoch);
-  touch.coupling_n_m = 500;
+  touch.contact_stiffness_n_m = 500;
   PatchPlayer player(touch);
   const auto pressed = [&](double depth) {
     Vec3 force = Vec3::Zero();

@@ -92,7 +92,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
   SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
   PatchPlayer player(patch, terms), linear(patch);
   const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
-  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, patch.coupling_n_m * (row.dot(q) - z)); };
+  const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, patch.contact_stiffness_n_m * (row.dot(q) - z)); };
   ModeVector q = ModeVector::Zero(r), v = q;
   TouchErrors found;
   for (int ms = 1; ms <= 400; ++ms) {
@@ -129,7 +129,7 @@ Patch pressed_patch(int r, double part) { return pressed_floor(part * floor_patc
 
 TEST_CASE("A push on a body that bends is felt as a fine integration of body and contact has it") {
   Patch p = pressed_patch(4, 1);
-  p.coupling_n_m = 500;
+  p.contact_stiffness_n_m = 500;
   NonlinearTerms terms = test::spring_terms(p);
   terms.springs.damping.setZero();
   const TouchErrors found = touch_errors(p, terms, 100);
@@ -309,7 +309,7 @@ TEST_CASE("A touched solid whose dampers turn, far faster than a step, is felt a
   const double damping = GENERATE(2e4, 5e4);  // a mode decays within a tenth of a step
   Patch p = pressed_patch(8, 0.2);
   p.stiffness *= damping / (0.005 * p.stiffness.mean());
-  p.coupling_n_m = p.stiffness.mean();
+  p.contact_stiffness_n_m = p.stiffness.mean();
   p.damping = damping * ModeMatrix::Identity(8, 8);
   NonlinearTerms terms = test::solid_terms(p);
   terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / p.stiffness.mean()));

@@ -26,7 +26,7 @@ Patch shared_floor(int r) {
 }
 
 /// Force of a tool at this height along the normal over a point of the modes [N].
-double push_n(double height_m, double coupling_n_m) { return std::max(0.0, -coupling_n_m * height_m); }
+double push_n(double height_m, double contact_stiffness_n_m) { return std::max(0.0, -contact_stiffness_n_m * height_m); }
 
 /// The patch's own equations with both contacts, normals along z, by classical Runge-Kutta.
 class FineSteps {
@@ -46,13 +46,13 @@ class FineSteps {
       v_ += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
       t_ += h;
     }
-    return push_n(to - own_row().dot(q_), p_.coupling_n_m);
+    return push_n(to - own_row().dot(q_), p_.contact_stiffness_n_m);
   }
   double other_push(double t) const {
     const OtherTool& other = p_.others.of[0];
     const double s = std::min(t, seconds(p_.load_for));
     return push_n(other.gap.z() + s * other.velocity.z() + 0.5 * s * s * other.acceleration.z() - other.rows.row(2).dot(q_),
-                  p_.coupling_n_m);
+                  p_.contact_stiffness_n_m);
   }
 
  private:
@@ -62,8 +62,8 @@ class FineSteps {
     const double s = std::min(t, seconds(p_.load_for));
     const double gap = other.gap.z() + s * other.velocity.z() + 0.5 * s * s * other.acceleration.z();
     ModeVector a = p_.g - p_.stiffness.cwiseProduct(q) - p_.damping * v;
-    a -= push_n(tool - own_row().dot(q), p_.coupling_n_m) * own_row();
-    a -= push_n(gap - other.rows.row(2).dot(q), p_.coupling_n_m) * other.rows.row(2).transpose();
+    a -= push_n(tool - own_row().dot(q), p_.contact_stiffness_n_m) * own_row();
+    a -= push_n(gap - other.rows.row(2).dot(q), p_.contact_stiffness_n_m) * other.rows.row(2).transpose();
     return a;
   }
 
@@ -76,7 +76,7 @@ class FineSteps {
 
 TEST_CASE("A tool feels another as the equations of the patch have it, where that presses on, lifts off, comes down or stops") {
   Patch p = shared_floor(GENERATE(2, 6));
-  p.coupling_n_m = GENERATE(300, 2000);
+  p.contact_stiffness_n_m = GENERATE(300, 2000);
   OtherTool& other = p.others.of[0];
   const int way = GENERATE(0, 1, 2);
   other.touching = way < 2;
@@ -97,7 +97,7 @@ TEST_CASE("A tool feels another as the equations of the patch have it, where tha
     most_n = std::max(most_n, force);
     last = depth;
   }
-  CAPTURE(p.modes(), p.coupling_n_m, way, most_n, alone_n);
+  CAPTURE(p.modes(), p.contact_stiffness_n_m, way, most_n, alone_n);
   CHECK(worst_n < 0.01 * most_n);
   CHECK(worst_n < 0.1 * alone_n);
 }
@@ -108,7 +108,7 @@ TEST_CASE("What yields at once under another tool is in series with its contact,
   other.touching = true;
   other.c_static = Vec3(1e-3, 1e-3, 2e-3).asDiagonal();
   other.gap = Vec3(0, 0, -0.003);
-  const double begin_n = 0.003 / (2e-3 + 1 / p.coupling_n_m);
+  const double begin_n = 0.003 / (2e-3 + 1 / p.contact_stiffness_n_m);
   p.g = begin_n * other.rows.row(2).transpose();  // in equilibrium at the stamp
   PatchPlayer still(p);
   const Vec3 away(0, 0, 0.5);
@@ -120,7 +120,7 @@ TEST_CASE("What yields at once under another tool is in series with its contact,
   for (int ms = 1; ms <= 8000; ++ms) player.advance({kStamp + ms * kTick, away});
   const PortRows& rows = other.rows;
   const double modes = (rows * p.stiffness.cwiseInverse().asDiagonal() * rows.transpose())(2, 2);
-  const double more_n = 0.003 / (2e-3 + 1 / p.coupling_n_m + modes);
+  const double more_n = 0.003 / (2e-3 + 1 / p.contact_stiffness_n_m + modes);
   const PortRows& here = p.surface.vertices[0].rows;
   const double sag = (here * p.stiffness.cwiseInverse().asDiagonal() * rows.transpose())(2, 2) * more_n;
   CHECK(player.vertex(0).z() == Approx(-sag).epsilon(1e-4));
@@ -139,7 +139,7 @@ TEST_CASE("Another tool that goes along the surface drags it as far as friction 
   p.load_for = Micros{5'000'000};
   PatchPlayer player(p);
   for (int ms = 1; ms <= 4000; ++ms) player.advance({kStamp + ms * kTick, Vec3(0, 0, 0.5)});
-  const double push_n = 0.004 / (others.z() * others.z() / p.stiffness[2] + 1 / p.coupling_n_m);
+  const double push_n = 0.004 / (others.z() * others.z() / p.stiffness[2] + 1 / p.contact_stiffness_n_m);
   const Vec3 lambda(0.4 * push_n, 0, -push_n);
   const Vec3 moved = own.cwiseProduct(others).cwiseProduct(lambda).cwiseQuotient(Vec3(p.stiffness));
   CHECK((player.vertex(0) - p.surface.vertices[0].position - moved).norm() < 1e-4 * moved.norm());
@@ -149,7 +149,7 @@ TEST_CASE("Beside a tool that stays where it is a tool gets no energy out of any
   Random random(11);
   for (int trial = 0; trial < 20; ++trial) {
     Patch p = shared_floor(8);
-    p.coupling_n_m = trial % 2 ? 300 : 3000;
+    p.contact_stiffness_n_m = trial % 2 ? 300 : 3000;
     p.others.count = kMaxOtherTools;
     for (OtherTool& other : p.others.tools()) {
       other.rows = p.surface.vertices[0].rows * random.uniform(0.5, 1.0);
@@ -164,7 +164,7 @@ TEST_CASE("Beside a tool that stays where it is a tool gets no energy out of any
       for (const OtherTool& other : p.others.tools()) {
         const Vec3 moved = player.vertex(0) - p.surface.vertices[0].position;
         const double share = other.rows(2, 0) / p.surface.vertices[0].rows(2, 0);
-        sum += 0.5 * p.coupling_n_m * std::pow(std::min(0.0, other.gap.z() - share * moved.z()), 2);
+        sum += 0.5 * p.contact_stiffness_n_m * std::pow(std::min(0.0, other.gap.z() - share * moved.z()), 2);
       }
       return sum;
     };

@@ -244,12 +244,12 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
   // One mode under a tool that descends ever faster: m q'' + d q' + (k + k_c) q = k_c h, by the dense exponential of (q, q', h,
   // h', h''). The remaining error is of second order in the tick.
   Patch p = pressed_floor(Eigen::RowVectorXd::Constant(1, 3));
-  p.coupling_n_m = GENERATE(200, 1000, 5000);
+  p.contact_stiffness_n_m = GENERATE(200, 1000, 5000);
   p.damping(0, 0) = 200;
   constexpr double kJerky = 20, kRow = 3;
   Eigen::Matrix<double, 5, 5> a = Eigen::Matrix<double, 5, 5>::Zero();
   a(0, 1) = a(2, 3) = a(3, 4) = 1;
-  a.row(1) << -p.stiffness[0] - kRow * kRow * p.coupling_n_m, -p.damping(0, 0), kRow * p.coupling_n_m, 0, 0;
+  a.row(1) << -p.stiffness[0] - kRow * kRow * p.contact_stiffness_n_m, -p.damping(0, 0), kRow * p.contact_stiffness_n_m, 0, 0;
   const Eigen::Matrix<double, 5, 5> tick = (1e-3 * a).exp();
   Eigen::Matrix<double, 5, 1> z = Eigen::Matrix<double, 5, 1>::Zero();
   z[4] = -kJerky;
@@ -257,7 +257,7 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
   double worst_n = 0, half_a_tick_n = 0, before_n = 0;
   for (int ms = 1; ms <= 40; ++ms) {
     z = tick * z;
-    const double force = -p.coupling_n_m * (z[2] - kRow * z[0]);
+    const double force = -p.contact_stiffness_n_m * (z[2] - kRow * z[0]);
     worst_n = std::max(worst_n, std::abs(player.advance({kStamp + ms * kTick, {0, 0, z[2]}}).force.z() - force));
     half_a_tick_n = std::max(half_a_tick_n, 0.5 * std::abs(force - before_n));
     before_n = force;
@@ -267,12 +267,12 @@ TEST_CASE("A push that grows is felt as it is at the end of the tick, whether co
 
 TEST_CASE("A body that leans on a contact stiffer than a step moves it comes to rest there, without a swing from step to step") {
   Patch p = pressed_floor(Eigen::RowVectorXd::Constant(1, 3));
-  p.g[0] = 30;           // 10 N
-  p.coupling_n_m = 1e6;  // moves the mode by 4.5 times its own compliance
+  p.g[0] = 30;                    // 10 N
+  p.contact_stiffness_n_m = 1e6;  // moves the mode by 4.5 times its own compliance
   PatchPlayer player(p);
   for (int ms = 1; ms <= 60; ++ms) {
     const double force_n = player.advance({kStamp + ms * kTick, Vec3::Zero()}).force.z();
-    CAPTURE(p.coupling_n_m, ms);
+    CAPTURE(p.contact_stiffness_n_m, ms);
     if (ms > 30) CHECK(force_n == Approx(10).epsilon(0.001));
   }
 }
@@ -285,7 +285,7 @@ TEST_CASE("A resting push is the compliance of the modes in series with the cont
     player.advance({kStamp + ms * kTick, Vec3(0.003, 0.002, -depth * std::min(1.0, ms / 300.0))});
   const PortRows& rows = p.surface.vertices[0].rows;
   const Mat3 compliance = p.c_static + Mat3(rows * p.stiffness.cwiseInverse().asDiagonal() * rows.transpose());
-  CHECK(player.output().force.z() == Approx(depth / (compliance(2, 2) + 1 / p.coupling_n_m)).epsilon(1e-4));
+  CHECK(player.output().force.z() == Approx(depth / (compliance(2, 2) + 1 / p.contact_stiffness_n_m)).epsilon(1e-4));
 }
 
 // With f = -lambda at the end of tick n, its mean m_n = (1 - s) lambda_n + s lambda_n-1 and the tool h, the energy that the tool
@@ -386,7 +386,7 @@ TEST_CASE("A tool that slides without friction is pushed along the normal of whe
     if (ms < 60) continue;
     REQUIRE(out.contact);
     // With the springs in series, the point that belongs to the force is on the surface, and the force along its normal.
-    const Vec3 point = tool + (kC + 1 / p.coupling_n_m) * out.force;
+    const Vec3 point = tool + (kC + 1 / p.contact_stiffness_n_m) * out.force;
     const NearestPoint nearest = nearest_point(surface.view(), x, point);
     CHECK(std::abs(nearest.height_m) < 2e-6);
     CHECK((out.force.normalized() - nearest.normal).norm() < 1e-3);

@@ -133,7 +133,7 @@ TEST_CASE("A tool that has slid to where the modes do not follow rests on what t
       player.advance({kSlideStamp + ms * kTick, Vec3(kFrom + along * (kTo - kFrom), 0, -kDepth * in)});
     }
     const Mat3 compliance = bends ? patch.c_static : Mat3(patch.c_static + missing);
-    CHECK(player.output().force.z() == Approx(kDepth / (compliance(2, 2) + 1 / patch.coupling_n_m)).epsilon(5e-3));
+    CHECK(player.output().force.z() == Approx(kDepth / (compliance(2, 2) + 1 / patch.contact_stiffness_n_m)).epsilon(5e-3));
   }
 }
 

@@ -72,7 +72,7 @@ Mat3d nonlinear_residual(const Mat3d& f, const Mat3d& df) {
 void push(const std::function<Mat3d(Draw&, int lane, const Mat3d& f)>& next, const std::function<void(double, double)>& right) {
   Draw draw;
   for (int k = 0; k < 50; ++k) {
-    TetraStamp at;
+    ElementLinearisation at;
     std::vector<Mat3d> f, df, frame, df_there;
     for (int l = 0; l < kTetraLane; ++l) {
       f.push_back(draw.stretched(1.2, 1, 0.7));
@@ -82,7 +82,7 @@ void push(const std::function<Mat3d(Draw&, int lane, const Mat3d& f)>& next, con
       df_there.push_back(frame.back().transpose() * df.back());
     }
     const TetraLanes moved = in_all_lanes(df_there);
-    TetraTurn turned;
+    ElementRotation turned;
     turn(at, moved, turned);
     const TetraLanes q = nonlinear_residual_stress(at, moved, turned);
     for (std::size_t l = 0; l < kTetraLane; ++l) {
@@ -118,7 +118,7 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
   constexpr int kTicks = 20'000;
   constexpr double kTickS = 5e-4;
   Draw draw;
-  TetraStamp at;
+  ElementLinearisation at;
   std::vector<Mat3d> stamp, frame, left, right, axis;
   for (int l = 0; l < kTetraLane; ++l) {
     stamp.push_back(draw.stretched(1.2, 1, 0.7));
@@ -128,7 +128,7 @@ TEST_CASE("a tetrahedron that turns from tick to tick has its rotation in the en
     right.push_back(draw.rotation());
     axis.push_back(draw.rotation());
   }
-  TetraTurn turned;
+  ElementRotation turned;
   double worst = 0, longest = 0;
   for (int k = 1; k <= kTicks; ++k) {
     // Rotates further and further, some elements faster than one under a hurried hand, stretched on the way and half of them

@@ -29,7 +29,7 @@ struct Case {
       return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
     };
     springs.stiffening = stiffening;
-    if (stiffening > 0) springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
+    if (stiffening > 0) springs.max_slope = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
     springs.motion = rounded(some(3 * kNodes, kModes), 2);
     springs.position = 0.02F * some(3, kNodes);
     springs.ends.resize(2, kCount);
@@ -176,7 +176,7 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
   for (const double steepest : {1.0, 10.0, 100.0}) {
     const float stiffening = steepest > 1 ? 30 : 0;
     Case c(stiffening, 1e7F);
-    if (stiffening > 0) c.springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, steepest));
+    if (stiffening > 0) c.springs.max_slope = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, steepest));
     REQUIRE(c.compiled().empty());
     SampledForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
@@ -214,7 +214,7 @@ TEST_CASE(
   REQUIRE(slopes.maxCoeff() > 50);
   REQUIRE(slopes.maxCoeff() > 3 * slopes.minCoeff());
   const auto wrong = [&](const Eigen::ArrayXd& steepest) {
-    c.springs.steep = SampledSprings::steep_of(steepest);
+    c.springs.max_slope = SampledSprings::steep_of(steepest);
     SampledForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
     REQUIRE(force.added_mass().size() > 0);

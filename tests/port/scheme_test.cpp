@@ -1,4 +1,4 @@
-// The names of schemes, and the older one that files and command lines may still contain.
+// The names of schemes.
 #include "common/port/scheme.hpp"
 
 #include <catch2/catch.hpp>
@@ -10,15 +10,9 @@ TEST_CASE("Every scheme is found by its name, and has the number that it has on 
   for (std::size_t k = 0; k < kSchemeNames.size(); ++k) {
     CHECK(scheme_from_name(kSchemeNames[k]) == static_cast<Scheme>(k));
     CHECK(name_of(static_cast<Scheme>(k)) == kSchemeNames[k]);
-    CHECK(current_scheme_name(kSchemeNames[k]) == kSchemeNames[k]);
   }
 }
 
-TEST_CASE("cubic is the older name of hyper, and a name that is no scheme's is none") {
-  CHECK(scheme_from_name("cubic") == Scheme::hyper);
-  CHECK(current_scheme_name("cubic") == "hyper");
-  for (const std::string_view name : {"", "Cubic", "cubics", "auto"}) {
-    CHECK_FALSE(scheme_from_name(name));
-    CHECK(current_scheme_name(name) == name);
-  }
+TEST_CASE("A name that is no scheme's is none") {
+  for (const std::string_view name : {"", "Hyper", "hypers", "auto"}) CHECK_FALSE(scheme_from_name(name));
 }

@@ -48,12 +48,12 @@ def check_helps(programs):
     assert wrong.returncode == 2 and "one of displacement|tension|support" in wrong.stderr, wrong.stderr
 
 
-def check_older_scheme_name(programs):
-    """`cubic` is `hyper`: twice the same to compare."""
-    done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "cubic", "--compare", "cubic,hyper")
+def check_scheme_names(programs):
+    """A scheme to compare is named once, and by its name."""
+    done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "hyper", "--compare", "hyper,hyper")
     assert done.returncode == 2 and "--compare: 'hyper' twice" in done.stderr, done.stderr
-    done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "cubics")
-    assert done.returncode == 2 and "'cubics' is not a scheme" in done.stderr and "hyper" in done.stderr, done.stderr
+    done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "hypers")
+    assert done.returncode == 2 and "'hypers' is not a scheme" in done.stderr and "hyper" in done.stderr, done.stderr
 
 
 def check_two_viewers(programs, room, work):
@@ -159,7 +159,7 @@ def check_odd_files(programs, scenes, work):
 def main():
     programs, scenes = map(pathlib.Path, sys.argv[1:])
     check_helps(programs)
-    check_older_scheme_name(programs)
+    check_scheme_names(programs)
     with tempfile.TemporaryDirectory() as name:
         work = pathlib.Path(name)
         with Room(programs, scenes / "touch-cube.json", work / "not" / "there" / "session.rec") as room:

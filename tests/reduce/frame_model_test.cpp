@@ -42,7 +42,7 @@ struct FrameBench {
   /// `wanted`: ports that do not touch, for which other patches are to be built.
   Patch build(std::size_t which, Scheme scheme = Scheme::port, const std::vector<std::size_t>& wanted = {}, int order = 0) {
     frame.begin(state, ports, tools, kFrameHorizon);
-    for (const std::size_t k : wanted) frame.want(k);
+    for (const std::size_t k : wanted) frame.request_patch(k);
     PatchRequest request;
     request.scheme = scheme;
     request.horizon = kFrameHorizon;
@@ -298,7 +298,7 @@ TEST_CASE("Every scheme serves a touch beside others with a patch that passes th
   bench.touch(40, Vec3(0, 0, -0.4), Vec3::Zero());
   bench.touch(40, Vec3(0, 0, -0.4), Vec3(0, 0, -0.1));
   bench.touch(44, Vec3(0.2, 0, -0.5), Vec3(0, 0.3, -0.1));
-  bench.ports[2].parameters.coupling_n_m = 0;  // rigid
+  bench.ports[2].parameters.contact_stiffness_n_m = 0;  // rigid
   for (const Scheme scheme : {Scheme::hold, Scheme::tangent, Scheme::ring, Scheme::port})
     for (std::size_t which = 0; which < 3; ++which) bench.build(which, scheme);
 }
@@ -336,7 +336,7 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
   CHECK(&p->port(1) == &kept);
   CHECK(kept.response[2] == before);
   CHECK_THROWS(p->port(2));  // neither touches nor is wanted
-  bench.frame.want(2);
+  bench.frame.request_patch(2);
   REQUIRE(bench.frame.respond(*p, 1, {.residual = true}));
   CHECK(p->port(2).compliance.trace() > 0);
   CHECK(kept.response[2] == before);
@@ -383,7 +383,7 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
   REQUIRE(built);
   Patch* const patch = &built->patch;
   const Positions x(bench.state.x.data(), static_cast<std::size_t>(bench.state.x.size()));
-  patch->coupling_n_m = 800;
+  patch->contact_stiffness_n_m = 800;
   patch->friction = 0;
   for (int t = 0; t < patch->surface.triangle_count; ++t) {
     const Triangle& corners = patch->surface.triangles[static_cast<std::size_t>(t)];

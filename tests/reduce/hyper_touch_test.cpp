@@ -1,5 +1,5 @@
 // A touched patch of scheme hyper against the body: pressed, slid on, squeezed.
-#include "server/reduce/hyper_patch.hpp"
+#include "server/reduce/fit_nonlinear_terms.hpp"
 
 #include <Eigen/LU>
 #include <array>

@@ -128,7 +128,7 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   for (int axis = 0; axis < 3; ++axis) inputs.push_back(Vector::Unit(bench.state.x.size(), 3 * 53 + axis));
   Vector residual;
   bench.dynamics.forces(bench.state.x, bench.state.v, residual);
-  BasisMemory memory;
+  WarmStarts memory;
   const auto basis = krylov_basis(at, solver, inputs, {}, residual, {kMaxModes, kBuilderShift, 1e-8}, memory);
   REQUIRE(basis);
   const Matrix& v = *basis;
@@ -139,7 +139,7 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
 
   // A repeated direction adds nothing.
   inputs.push_back(inputs[0] + inputs[1]);
-  BasisMemory fresh;
+  WarmStarts fresh;
   const auto repeated = krylov_basis(at, solver, inputs, {}, Vector::Zero(residual.size()), {4, kBuilderShift, 1e-8}, fresh);
   REQUIRE(repeated);
   const Matrix& w = *repeated;

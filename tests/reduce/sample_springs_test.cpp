@@ -119,7 +119,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));
     CHECK(numbers_of(sampling.budget, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
     CHECK(springs->stiffness.minCoeff() > 0);
-    CHECK(springs->steep.size() == (law == SpringLaw::stiffening ? static_cast<std::size_t>(springs->count()) : 0));
+    CHECK(springs->max_slope.size() == (law == SpringLaw::stiffening ? static_cast<std::size_t>(springs->count()) : 0));
     SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);
     REQUIRE_FALSE(force.empty());
     std::mt19937 random(11);

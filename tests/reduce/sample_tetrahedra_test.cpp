@@ -1,7 +1,7 @@
 // A few tetrahedra that represent all: against the body's own forces at displacements that were not among the samples.
 #include "server/reduce/sample_tetrahedra.hpp"
 
-#include "server/reduce/sample_places.hpp"
+#include "server/reduce/gradient_points.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -140,7 +140,7 @@ TEST_CASE(
   moved.middleRows<3>(3 * kHeldNode).setZero();
   moved.block<3, 3>(3 * kHeldNode, 0).setIdentity();
   const int tool = GENERATE_COPY(-1, kHeldNode);
-  const SamplePlaces places(dynamics, state, moved, chosen, tool);
+  const GradientPoints places(dynamics, state, moved, chosen, tool);
   const Vector u = Vector::NullaryExpr(6, [&] { return random.uniform(-0.01, 0.01); });
   // Neighbouring triangles share their nodes; each hexahedron has three places of its own.
   std::set<std::uint32_t> corners;

@@ -29,14 +29,14 @@ TEST_CASE("Forces at the port count several times as much in a fit, others as mu
   const Matrix u = some(kSamplingVariables, kSamples).cast<double>();
   const Eigen::MatrixXf all = some(kSamplingVariables, kSamples);
   constexpr Eigen::Index kElements = 5;
-  ElementForces elements{std::vector<Rows>(3), std::vector<AtSamples>(3)};
+  ElementForces elements{std::vector<Rows>(3), std::vector<SampleMatrix>(3)};
   for (std::size_t axis = 0; axis < 3; ++axis)
     elements.motion[axis] = some(kElements, kSamplingVariables), elements.force[axis] = some(kElements, kSamples);
-  const Fit without(all, u, sampling);
+  const SampledResiduals without(all, u, sampling);
   const Eigen::MatrixXf parts = without.parts(elements);
   sampling.at_port = some(kSamplingVariables, 3).cast<double>();
   sampling.at_port.col(2) = sampling.at_port.col(0) - 2 * sampling.at_port.col(1);  // felt in two directions
-  const Fit with(all, u, sampling);
+  const SampledResiduals with(all, u, sampling);
   // In these units at_port^T f is (K^1/2 at_port)^T (K^-1/2 f).
   const Matrix directions = (sampling.stiffness.cwiseSqrt().asDiagonal() * sampling.at_port).leftCols<2>();
   const Eigen::MatrixXf projection =

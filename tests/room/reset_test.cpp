@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "common/player/player.hpp"
-#include "server/room/let_go.hpp"
+#include "server/room/release_fade.hpp"
 #include "server/room/room.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -75,7 +75,7 @@ TEST_CASE("What a hand felt of a body that is reset fades to nothing, and its to
   const double felt_n = bed.hold(-0.008, 20).stations.at(0).force.norm();
   REQUIRE(felt_n > 0.3);
   double before_n = felt_n, largest_step_n = 0;
-  for (Micros faded{}; faded < 2 * LetGo::kFadeTime; faded += kResetFrame) {
+  for (Micros faded{}; faded < 2 * ReleaseFade::kFadeTime; faded += kResetFrame) {
     const StationFrame frame = bed.frame(-0.008, faded == Micros{}).stations.at(0);
     REQUIRE(frame.patch);
     CHECK(check(*frame.patch) == PatchFault::none);

@@ -133,7 +133,7 @@ TEST_CASE("A tool on a face that is held fast meets what does not yield, with ev
     REQUIRE(result.stations[0].patch);
     CHECK(check(*result.stations[0].patch) == PatchFault::none);
     CHECK(result.stations[0].contact == (height < 0));
-    if (height < 0) CHECK(result.stations[0].force.z() == Approx(0.001 * scene.tool.coupling_n_m).epsilon(0.01));
+    if (height < 0) CHECK(result.stations[0].force.z() == Approx(0.001 * scene.tool.contact_stiffness_n_m).epsilon(0.01));
   }
 }
 

@@ -51,7 +51,7 @@ const Mistake kMistakes[] = {
     {"[2, 2, 5]", "[2, 2, 0]", 14, "tool.node [2, 2, 0] is fixed", "a node that can move"},
     {"[2, 2, 5]", "[2, 2, 5], \"mu\": -0.1", 14, "tool.mu is -0.1", "0 to 2"},
     {"[2, 2, 5]", "[2, 2, 5], \"radius_m\": -0.001", 14, "tool.radius_m is -0.001", "0 to 0.5 m"},
-    {"[2, 2, 5]", "[2, 2, 5], \"coupling_n_m\": 0", 14, "tool.coupling_n_m is 0", "N/m"},
+    {"[2, 2, 5]", "[2, 2, 5], \"contact_stiffness_n_m\": 0", 14, "tool.contact_stiffness_n_m is 0", "N/m"},
     {"\"tool\"", "\"solver\": {\"step_ms\": 0}, \"tool\"", 14, "solver.step_ms is 0", "0.1 to 50 ms"},
     {"\"nodes\"", "\"gravity_m_s2\": -9.81, \"nodes\"", 5, "body.lattice.gravity_m_s2 is a number", "a list"},
     {"\"nodes\"", "\"gravity_m_s2\": [0, 0, -981], \"nodes\"", 5, "body.lattice.gravity_m_s2[2] is -981", "m/s^2"},
@@ -76,7 +76,7 @@ const Mistake kMistakes[] = {
     {"\"fixed_faces\"", "\"fixed_face\"", 10, "fixed_face", "\"fixed_faces\""},
     {"\"below_z_m\"", "\"below_z\"", 11, "body.lattice.layers[0].below_z ", "\"below_z_m\""},
     {"\"contact\"", "\"contct\"", 14, "tool.contct", "\"contact\""},
-    {"\"contact\"", "\"colour\"", 14, "tool.colour", "one of contact, node, mu, coupling_n_m, radius_m"},
+    {"\"contact\"", "\"colour\"", 14, "tool.colour", "one of contact, node, mu, contact_stiffness_n_m, radius_m"},
     // missing
     {"\"nodes\": [6, 6, 6],", "", 4, "body.lattice.nodes is missing", "3 whole numbers"},
     {"\"size_m\": [0.1, 0.1, 0.1],", "", 4, "body.lattice.size_m is missing", "3 numbers"},

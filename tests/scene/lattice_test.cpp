@@ -152,7 +152,7 @@ TEST_CASE("The tool takes the named node, or the middle of the top", "[scene]") 
   const Scene touch = load(replaced(kSoftCube, R"("contact": "attach", "node": [2, 2, 5])", ""));
   CHECK(touch.tool.contact == ContactKind::touch);
   CHECK(touch.tool.friction == 0.3);
-  CHECK(touch.tool.coupling_n_m == 1000);
+  CHECK(touch.tool.contact_stiffness_n_m == 1000);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ void check_same(const Scene& a, const Scene& b) {
   CHECK(a.tool.contact == b.tool.contact);
   CHECK(a.tool.node == b.tool.node);
   CHECK(a.tool.friction == b.tool.friction);
-  CHECK(a.tool.coupling_n_m == b.tool.coupling_n_m);
+  CHECK(a.tool.contact_stiffness_n_m == b.tool.contact_stiffness_n_m);
   CHECK(a.tool.radius_m == b.tool.radius_m);
   CHECK(a.solver.step_s == b.solver.step_s);
   CHECK(a.body.planar == b.body.planar);
@@ -58,9 +58,9 @@ TEST_CASE("A printed scene shows the defaults", "[scene]") {
   const Folder folder;
   const std::string printed = print_scene(folder.write("plain.json", R"({"body": {"lattice": {
     "nodes": [3, 3, 3], "size_m": [0.1, 0.1, 0.1], "stiffness_n_m": 60, "damping_n_s_m": 0.1}}})"));
-  for (const char* line :
-       {R"("name": "plain")", R"("density_kg_m3": 1000)", R"("spring_law": "linear")", R"("gravity_m_s2": [0, 0, 0])",
-        R"("contact": "touch")", R"("mu": 0.3)", R"("coupling_n_m": 1000)", R"("step_ms": 10)", R"("fixed_faces": [])"}) {
+  for (const char* line : {R"("name": "plain")", R"("density_kg_m3": 1000)", R"("spring_law": "linear")",
+                           R"("gravity_m_s2": [0, 0, 0])", R"("contact": "touch")", R"("mu": 0.3)",
+                           R"("contact_stiffness_n_m": 1000)", R"("step_ms": 10)", R"("fixed_faces": [])"}) {
     INFO(printed);
     CHECK(printed.find(line) != std::string::npos);
   }

@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-inline RoomFacts test_facts(ContactKind contact = ContactKind::touch) {
-  RoomFacts facts;
+inline RoomInfo test_facts(ContactKind contact = ContactKind::touch) {
+  RoomInfo facts;
   facts.scene = "test";
   facts.contact = contact;
   facts.home = Vec3(0.01, 0.02, 0.03);

@@ -151,7 +151,7 @@ TEST_CASE("another wire version is refused, and no answer is larger than its que
 
 TEST_CASE("a stranger's datagram is answered with at most as many bytes, garbage not at all") {
   Bench bench;
-  for (const Body& body : {Body(Beat{}), Body(Samples{{{1ms, Vec3::Zero()}}}), Body(MeshRequest{7})}) {
+  for (const Payload& body : {Payload(Beat{}), Payload(Samples{{{1ms, Vec3::Zero()}}}), Payload(MeshRequest{7})}) {
     Message message{42, 5, 1, {}, body};
     std::array<std::byte, kMaxDatagramBytes> bytes;
     const auto size = encode(message, bytes);

@@ -35,8 +35,8 @@ struct Sent {
     result.stations.push_back({1, std::move(patch), {}, Vec3::Zero(), Vec3::Zero(), true});
     sender.take(result, stations, body, kNow);
   }
-  std::vector<Body> all() {
-    std::vector<Body> bodies;
+  std::vector<Payload> all() {
+    std::vector<Payload> bodies;
     std::array<std::byte, kMaxDatagramBytes> bytes;
     while (const auto size = sender.emit(stations, stations[1], bytes, kNow)) {
       Message message;
@@ -57,7 +57,7 @@ TEST_CASE("A patch leaves in the station's clock, as often as its losses ask for
     sent.frame(FakeRoom::patch(kNow - 10ms));
     const auto bodies = sent.all();
     REQUIRE(bodies.size() == static_cast<std::size_t>(copies));
-    for (const Body& body : bodies) {
+    for (const Payload& body : bodies) {
       REQUIRE(std::holds_alternative<PatchMessage>(body));
       CHECK(std::get<PatchMessage>(body).patch.stamp == kNow - 10ms + kOffset);
     }
@@ -97,7 +97,7 @@ TEST_CASE("A room that falls behind is told of beside the very next patch, and a
   const auto beats = [&] {
     sent.frame(FakeRoom::patch(kNow));
     int count = 0;
-    for (const Body& body : sent.all()) count += std::holds_alternative<Beat>(body);
+    for (const Payload& body : sent.all()) count += std::holds_alternative<Beat>(body);
     return count;
   };
   CHECK(beats() == 0);

@@ -75,7 +75,7 @@ struct RawStation {
   RawStation(Bench& b, PeerId p, const std::string& name) : bench(b), peer(p) { hello.station = name; }
 
   Micros clock() const { return bench.now + clock_offset + Micros{std::llround(drift * static_cast<double>(bench.now.count()))}; }
-  void say(Body body) {
+  void say(Payload body) {
     as.body = std::move(body);
     as.clock = sync.stamp(clock());
     bench.deliver(peer, as);

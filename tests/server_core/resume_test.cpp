@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "common/base/error.hpp"
-#include "server/record/absent_hands.hpp"
+#include "server/record/reserved_tools.hpp"
 #include "server/record/room_recorder.hpp"
 #include "server/room/room.hpp"
 #include "server/scene/scene.hpp"
@@ -22,7 +22,7 @@ constexpr Micros kFrame = 50ms;
 struct Pressed {
   Scene scene;
   Room room{scene};
-  AbsentHands absent;
+  ReservedTools absent;
   Micros at = 10s;
   FrameResult last;
 
@@ -123,7 +123,7 @@ TEST_CASE("a body that is taken up again stays as it was while its tools wait, a
 
   Pressed after(500s);
   after.room.resume(in_a_row(found->checkpoint.positions), in_a_row(found->checkpoint.velocities));
-  after.absent = AbsentHands(found->checkpoint.holds);
+  after.absent = ReservedTools(found->checkpoint.holds);
   const Vector was = before.last.state->x;
   double most = 0;
   for (int k = 0; k < 80; ++k) most = std::max(most, farthest(after.frame(std::nullopt).state->x, was));
@@ -172,9 +172,9 @@ TEST_CASE("a tool whose station does not come back lets go after ten seconds, an
   for (const bool reset : {false, true}) {
     Pressed after(500s);
     after.room.resume(before.last.state->x, before.last.state->v);
-    after.absent = AbsentHands({{"hand", tool}});
+    after.absent = ReservedTools({{"hand", tool}});
     after.here = {report(7, "another")};  // another station does not take it over
-    const int frames = reset ? 5 : static_cast<int>(AbsentHands::kLongest / kFrame) - 1;
+    const int frames = reset ? 5 : static_cast<int>(ReservedTools::kLongest / kFrame) - 1;
     for (int k = 0; k < frames; ++k) after.frame(std::nullopt);
     REQUIRE(farthest(after.last.state->x, rest) > 0.005);
     after.frame(std::nullopt, reset);

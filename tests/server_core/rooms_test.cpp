@@ -30,7 +30,7 @@ struct Rooms {
     return answer;
   }
   /// Sends as the station that `welcome` describes.
-  void say(PeerId from, const Message& welcome, Body body) {
+  void say(PeerId from, const Message& welcome, Payload body) {
     std::array<std::byte, kMaxDatagramBytes> bytes;
     const Message message{welcome.instance, welcome.station, 1, {}, std::move(body)};
     rooms.take(std::span(bytes).first(encode(message, bytes)), from, now);

@@ -2,7 +2,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 
 using namespace palpate;
 
@@ -18,7 +18,7 @@ Vec3 doubled_area(const BodyMesh& mesh, const Triangle& t) {
 TEST_CASE("a sheet of springs is shown whole: each cell once, all turned the same way, what is held marked") {
   const Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/sheet13.json");
   REQUIRE(scene.body.triangles.empty());
-  const RoomFacts facts = facts_of(scene, Vec3::Zero());
+  const RoomInfo facts = facts_of(scene, Vec3::Zero());
   CHECK(facts.mesh.vertices.size() == 13 * 13);
   CHECK(facts.mesh.triangles.size() == 2 * 12 * 12);
   double area = 0;

@@ -24,7 +24,7 @@ struct Gated {
     anew = ruling.anew;
     return ruling.refused;
   }
-  std::optional<Refuse> say(Body body, ChannelPeer from = 1) {
+  std::optional<Refuse> say(Payload body, ChannelPeer from = 1) {
     Message message;
     message.body = std::move(body);
     return gate.cap(message, from, key, rights, now).refused;

@@ -52,7 +52,7 @@ Patch attach_patch(int modes, std::uint32_t seq, Micros stamp) {
 Patch touch_patch(int modes, std::uint32_t seq, Micros stamp) {
   Patch patch = at_rest(modes, seq, stamp);
   patch.contact = ContactKind::touch;
-  patch.coupling_n_m = 1000;
+  patch.contact_stiffness_n_m = 1000;
   patch.friction = 0.3;
   patch.c_static = 1e-4 * Mat3::Identity();
   PortSurface& surface = patch.surface;
@@ -105,7 +105,7 @@ NonlinearTerms some_springs(const Patch& patch, int count, int nodes) {
   springs.rest_length = Eigen::VectorXf::Constant(count, 0.02F);
   springs.stiffness = Eigen::VectorXf::Constant(count, static_cast<float>(patch.stiffness.mean() / (3 * count)));
   springs.damping = 0.01F * springs.stiffness;
-  springs.steep = SampledSprings::steep_of(Eigen::ArrayXd::Constant(count, 10));
+  springs.max_slope = SampledSprings::steep_of(Eigen::ArrayXd::Constant(count, 10));
   return terms;
 }
 
@@ -116,7 +116,7 @@ NonlinearTerms slack_spring_terms(const Patch& patch) {
   NonlinearTerms terms = spring_terms(patch);
   SampledSprings& springs = terms.springs;
   springs.stiffening = 0;
-  springs.steep.clear();
+  springs.max_slope.clear();
   springs.stiffness *= 0.1F;
   springs.damping *= 0.1F;
   springs.rest_length = springs.spans().colwise().norm().transpose().cwiseMax(1e-3F);  // one has zero length

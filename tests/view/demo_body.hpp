@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/view/sight.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 
 namespace palpate::demo {
 
@@ -65,8 +65,8 @@ inline Body pressed_organ(float depth_m, double force_n, int levels = 4) {
 }
 
 /// Facts of a room around it, vertex i being node i; the lowest vertices are fixed.
-inline RoomFacts facts_of(const Body& body) {
-  RoomFacts facts;
+inline RoomInfo facts_of(const Body& body) {
+  RoomInfo facts;
   facts.scene = "demo";
   facts.nodes = static_cast<std::uint32_t>(body.rest.size());
   for (std::uint32_t i = 0; i < facts.nodes; ++i) {

@@ -5,7 +5,7 @@
 
 #include "client/view/offscreen_context.hpp"
 #include "client/view/stage.hpp"
-#include "server/core/room_facts.hpp"
+#include "server/core/room_info.hpp"
 #include "server/room/room.hpp"
 
 using namespace palpate;
@@ -33,14 +33,14 @@ constexpr Moment kMoments[] = {{"press", 0.95},
                                {"stroke", 1.55},
                                {"release", 2.02}};
 
-std::vector<float> scalars_of(const RoomFacts& facts, const FrameResult& frame, ShapeChannel color) {
+std::vector<float> scalars_of(const RoomInfo& facts, const FrameResult& frame, ShapeChannel color) {
   std::vector<float> scalars;
   if (color == ShapeChannel::position) return scalars;
   for (const std::uint32_t node : facts.node_of) scalars.push_back(frame.fields[index_of(color)][node]);
   return scalars;
 }
 
-void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame, Scales& scales) {
+void draw(const Moment& moment, const RoomInfo& facts, const FrameResult& frame, Scales& scales) {
   std::vector<Vec3f> rest, positions;
   for (std::size_t v = 0; v < facts.node_of.size(); ++v) {
     rest.push_back(facts.mesh.vertices[v].rest.cast<float>());
@@ -77,7 +77,7 @@ void draw(const Moment& moment, const RoomFacts& facts, const FrameResult& frame
 
 TEST_CASE("The pictures of the documents", "[.posters]") {
   const Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/organ.json");
-  const RoomFacts facts = facts_of(scene, home_of(scene));
+  const RoomInfo facts = facts_of(scene, home_of(scene));
   const OffscreenContext gl;
   std::filesystem::create_directories("out/posters");
   Room room(scene);

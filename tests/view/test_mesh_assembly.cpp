@@ -13,13 +13,13 @@ using namespace palpate;
 
 namespace {
 
-std::vector<MeshPiece> cut(const RoomFacts& facts) {
+std::vector<MeshPiece> cut(const RoomInfo& facts) {
   std::vector<MeshPiece> pieces;
   for (std::uint32_t k = 0; k < mesh_pieces(facts.mesh); ++k) pieces.push_back(mesh_piece(facts, k));
   return pieces;
 }
 
-MeshAssembly expecting(const RoomFacts& facts) {
+MeshAssembly expecting(const RoomInfo& facts) {
   MeshAssembly mesh;
   mesh.expect(static_cast<std::uint32_t>(facts.mesh.vertices.size()), static_cast<std::uint32_t>(facts.mesh.triangles.size()),
               facts.mesh_hash);
@@ -29,7 +29,7 @@ MeshAssembly expecting(const RoomFacts& facts) {
 }  // namespace
 
 TEST_CASE("A mesh comes together from pieces in any order, repeated and asked for until none is missing", "[view]") {
-  const RoomFacts facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
+  const RoomInfo facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
   auto pieces = cut(facts);
   REQUIRE(pieces.size() > 6);
   MeshAssembly mesh = expecting(facts);
@@ -54,7 +54,7 @@ TEST_CASE("A mesh comes together from pieces in any order, repeated and asked fo
 }
 
 TEST_CASE("A mesh with another content than its hash says is dropped and asked for again", "[view]") {
-  const RoomFacts facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
+  const RoomInfo facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
   const auto pieces = cut(facts);
   const auto twisted = [&](std::vector<MeshPiece> wrong) {
     std::swap(wrong.back().triangles[3][0], wrong.back().triangles[3][1]);
@@ -106,7 +106,7 @@ TEST_CASE("A mesh that is only announced, or told of in a piece, costs no memory
 }
 
 TEST_CASE("A mesh whose pieces leave something out, or of which one is missing for another's number, is dropped", "[view]") {
-  const RoomFacts facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
+  const RoomInfo facts = demo::facts_of(demo::pressed_organ(0, 0, 3));
   auto pieces = cut(facts);
   MeshAssembly mesh = expecting(facts);
   pieces[1].vertices = pieces[0].vertices;

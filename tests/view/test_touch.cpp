@@ -36,7 +36,7 @@ struct Hand {
     o.hello.station = "mouse";
     return o;
   }
-  static std::vector<Vec3f> rest_of(const RoomFacts& facts) {
+  static std::vector<Vec3f> rest_of(const RoomInfo& facts) {
     std::vector<Vec3f> rest;
     for (const MeshVertex& v : facts.mesh.vertices) rest.push_back(v.rest.cast<float>());
     return rest;

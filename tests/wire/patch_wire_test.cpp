@@ -74,7 +74,7 @@ TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest"
   CHECK((got.q_rate - sent.q_rate).cwiseAbs().maxCoeff() <= kHalfStep * sent.q_rate.cwiseAbs().maxCoeff());
   CHECK(got.touching);
   CHECK(got.friction == Approx(0.3).epsilon(1e-7));
-  CHECK(got.coupling_n_m == Approx(987.6).epsilon(1e-7));
+  CHECK(got.contact_stiffness_n_m == Approx(987.6).epsilon(1e-7));
   CHECK(got.point.triangle == 1);
   CHECK(got.point.weight.sum() == Approx(1).epsilon(1e-15));
   CHECK((got.point.weight - sent.point.weight).cwiseAbs().maxCoeff() <= 1.0 / 65535);

@@ -12,7 +12,7 @@ namespace palpate::seeds {
 
 inline double noise(std::mt19937& random) { return static_cast<double>(random()) / 4294967296.0 * 2 - 1; }
 
-inline Message message(Body body) {
+inline Message message(Payload body) {
   Message m;
   m.instance = 0xfeedbeefcafe1234ull;
   m.station = 7;
@@ -78,7 +78,7 @@ inline Patch touch_patch(int r, int vertices, int triangles) {
   std::mt19937 random(200u + static_cast<unsigned>(r));
   Patch patch = common_patch(ContactKind::touch);
   fill_modes(random, r, patch);
-  patch.coupling_n_m = 987.6;
+  patch.contact_stiffness_n_m = 987.6;
   patch.friction = 0.3;
   patch.touching = true;
   patch.point = {1, Vec3(0.2, 0.3, 0.5)};
@@ -139,8 +139,8 @@ inline NonlinearTerms spring_terms(int r, bool grasp, int count, int nodes) {
   terms.springs.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
   terms.springs.stiffness = some(count, 1, 300).cwiseAbs();
   terms.springs.damping = some(count, 1, 3).cwiseAbs();
-  terms.springs.steep.resize(static_cast<std::size_t>(count));
-  for (std::uint8_t& slope : terms.springs.steep) slope = static_cast<std::uint8_t>(random());
+  terms.springs.max_slope.resize(static_cast<std::size_t>(count));
+  for (std::uint8_t& slope : terms.springs.max_slope) slope = static_cast<std::uint8_t>(random());
   terms.e2 = some(pairs_of(n), 1, 1e-3F);
   return terms;
 }

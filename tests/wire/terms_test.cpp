@@ -60,14 +60,14 @@ TEST_CASE("terms that are springs arrive, how nodes move to the last bit, and th
     CHECK((got->springs.rest_length - sent.springs.rest_length).cwiseAbs().maxCoeff() < 1e-6F);
     check_half(got->springs.stiffness, sent.springs.stiffness);
     check_half(got->springs.damping, sent.springs.damping);
-    CHECK(got->springs.steep == sent.springs.steep);
+    CHECK(got->springs.max_slope == sent.springs.max_slope);
     check_half(got->e2, sent.e2);
     CHECK(got->rate == stamp_rate(patch));
     NonlinearTerms bad = sent;
     bad.springs.stiffness[3] = -1;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
-    bad.springs.steep.pop_back();
+    bad.springs.max_slope.pop_back();
     CHECK(to_pieces(bad, patch.seq).empty());
     bad = sent;
     bad.springs.damping[7] = -1;

@@ -172,7 +172,7 @@ TEST_CASE("The check of causality sees a patch of a tool that has not been heard
   world.add_station({}, std::make_unique<ReplayDevice>(Motion::rest(Vec3::Zero(), 1)), {});
   CausalityCheck check(kOne, world, {});
   const Micros sampled{1'000'000}, sent{1'400'000};
-  const auto pass = [&](Micros now, bool to_server, std::uint64_t number, Body body) {
+  const auto pass = [&](Micros now, bool to_server, std::uint64_t number, Payload body) {
     Message message;
     message.clock.sent = to_server ? world.station(0).clock(now) : world.server_clock(now);
     message.body = std::move(body);

@@ -1,0 +1,48 @@
+#include "server/record/reserved_tools.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+constexpr StationId kLastId = std::numeric_limits<StationId>::max();
+
+}  // namespace
+
+ReservedTools::ReservedTools(std::vector<RecordedHold> holds) {
+  for (RecordedHold& hold : holds) hands_.push_back({kLastId - static_cast<StationId>(hands_.size()), std::move(hold)});
+}
+
+void ReservedTools::add_to(FrameJob& job, const std::vector<StationReport>& here) {
+  if (hands_.empty()) return;
+  if (!until_) until_ = job.begin + kLongest;
+  if (job.reset || job.target >= *until_) hands_.clear();
+  for (const StationReport& station : here) {
+    const bool moves = std::any_of(job.stations.begin(), job.stations.end(),
+                                   [&](const StationJob& j) { return j.id == station.id && j.shadow_of == 0; });
+    if (moves) std::erase_if(hands_, [&](const Hand& hand) { return hand.hold.station == station.name; });
+  }
+  for (const Hand& hand : hands_) {
+    StationJob rests;
+    rests.id = hand.id;
+    rests.scheme = Scheme::hold;
+    rests.samples = {{job.begin, hand.hold.tool}, {job.target, hand.hold.tool}};
+    rests.wants_patch = false;
+    job.stations.push_back(std::move(rests));
+  }
+}
+
+void ReservedTools::take_out(FrameResult& result) const {
+  std::erase_if(result.stations, [this](const StationFrame& frame) {
+    return std::any_of(hands_.begin(), hands_.end(), [&](const Hand& hand) { return hand.id == frame.id; });
+  });
+}
+
+std::vector<RecordedHold> ReservedTools::holds() const {
+  std::vector<RecordedHold> holds;
+  for (const Hand& hand : hands_) holds.push_back(hand.hold);
+  return holds;
+}
+
+}  // namespace palpate
