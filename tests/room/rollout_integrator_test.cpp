@@ -16,16 +16,18 @@ namespace {
 constexpr double kOverS = 0.15, kFarM = 0.015;  // a node of a soft solid is pulled one and a half edges sideways and up
 constexpr StationId kRoughHand = 3;
 
-Scene soft_solid() {
+Scene soft_solid(double poisson = 0.3) {
   Scene scene = box_scene(ContactKind::attach);
-  scene.body = solid_box(4, 4, 4, {SolidLaw::neo_hookean, 1e4, 0.3, 0.01});
+  scene.body = solid_box(4, 4, 4, {SolidLaw::neo_hookean, 1e4, poisson, 0.01});
   return scene;
 }
 
 Vec3 way_at(double t) { return kFarM * std::min(t / kOverS, 1.0) * Vec3(0.8, 0, 0.6); }
 
 struct Pulled {
-  Scene scene = soft_solid();
+  explicit Pulled(double poisson = 0.3) : scene(soft_solid(poisson)) {}
+
+  Scene scene;
   Skin skin{scene.body, scene.tool.radius_m};
   Dynamics dynamics{scene.body};
   BodyState state = dynamics.rest_state();
@@ -73,7 +75,7 @@ TEST_CASE("Rough steps end where what they may cost is spent, and none begins th
 }
 
 TEST_CASE("Rough steps know from those before that they would not get to the end for what they may cost") {
-  Pulled p;
+  Pulled p(0.495);  // nearly incompressible: its solves take many iterations
   RolloutIntegrator steps(p.dynamics, p.skin);
   double usual_s = 1e-9;
   while (!steps.allow(usual_s, 1)) usual_s *= 1.1;
