@@ -22,8 +22,7 @@
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
 // (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the
-// point and normal that the tool slides to in the stage: the point moves on in each iteration, and the law is closed with the
-// slip since the begin of the stage, so that it may come back as well. A contact that no hand could hold (is_lost()) ends. A tool
+// point and normal that the tool slides to in the stage. A contact that no hand could hold (is_lost()) ends. A tool
 // that is still inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most
 // event_step_s. The tool's own samples drive every stage.
 //
@@ -71,7 +70,6 @@ class Integrator final : public Stepper {
 
  private:
   static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step
-  static constexpr int kStageSlidesMax = 12;                // a point may go to and fro across an edge of the surface
   // Bounds of an advance(), by the steps that it would have uncut.
   static constexpr double kNewtonAStep = 120, kTouchedNewtonAStep = 40, kFewestSteps = 5;
 
@@ -85,13 +83,6 @@ class Integrator final : public Stepper {
     SurfacePoint point;       // where w was computed
     std::array<Vector, 3> w;  // columns of A^-1 B there
     Skin::Weights b;          // of where the port is
-  };
-
-  /// Slip of a contact in a stage: its point on the body when the stage began, and how much further than its point has been moved
-  /// since it slips by the contact law [m].
-  struct Slip {
-    SurfacePoint from;
-    Vec3 further = Vec3::Zero();
   };
 
   bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
@@ -108,15 +99,15 @@ class Integrator final : public Stepper {
   void place(const Stage& stage, BodyState& state) const;
   /// Normals at the contacts where the skin was placed last.
   std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports) const;
-  /// Moves the points of contacts as far as they slip by the law; false where none has further to go than kSlipToleranceM.
-  bool slide_on(std::vector<Slip>& slips, const BodyState& state, std::vector<ToolPort>& ports);
-  void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Slip>& slips, const BodyState& state,
+  /// Moves contacts that slip on to where they are closed again; false where none slips by more than kSlipToleranceM.
+  bool slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports);
+  void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,
                        std::vector<ToolPort>& ports) const;
   void update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,
                         AdvanceReport& report);
   void couple(const std::vector<std::size_t>& touching, double a);
   void close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
-                   const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Slip>& slips,
+                   const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
                    AdvanceReport& report);
   bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
   void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;

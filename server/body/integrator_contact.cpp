@@ -63,7 +63,7 @@ void Integrator::couple(const std::vector<std::size_t>& touching, double a) {
 }
 
 void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_points, const std::vector<Vec3>& normals,
-                             const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Slip>& slips,
+                             const BodyState& state, std::vector<ToolPort>& ports, Vector& dv, std::vector<Vec3>& slips,
                              AdvanceReport& report) {
   // dv is the answer to the forces so far.
   std::vector<std::size_t> touching;
@@ -71,18 +71,14 @@ void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_p
     if (ports[k].kind == ContactKind::touch && ports[k].touching) touching.push_back(k);
   update_responses(ports, touching, state.x, report);
   couple(touching, stage.a);
-  std::vector<SweptContact> contacts;  // as if they were still where the stage began
-  std::vector<Vec3> moved;
+  std::vector<SweptContact> contacts;
   for (const std::size_t k : touching) {
-    const Vec3 at = skin_->position(ports[k].point, responses_[k].b, state.x);
-    const Vec3 way = at - skin_->position(slips[k].from, skin_->weights(slips[k].from), state.x);
-    moved.push_back(way - normals[k] * normals[k].dot(way));
-    contacts.push_back({k, at + stage.a * gather(responses_[k].b, dv) - moved.back(), normals[k], tool_points[k]});
+    const Vec3 end = skin_->position(ports[k].point, responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv);
+    contacts.push_back({k, end, normals[k], tool_points[k]});
   }
   sweep_contacts(coupling_, contacts, ports);
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const SweptContact& contact = contacts[i];
-    slips[contact.port].further = contact.slip - moved[i];
+  for (const SweptContact& contact : contacts) {
+    slips[contact.port] = contact.slip;
     for (std::size_t axis = 0; axis < 3; ++axis)
       dv += stage.a * contact.change[static_cast<Eigen::Index>(axis)] * responses_[contact.port].w[axis];
   }

@@ -41,7 +41,7 @@ std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports) con
   return normals;
 }
 
-void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Slip>& slips, const BodyState& state,
+void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,
                                  std::vector<ToolPort>& ports) const {
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
@@ -50,18 +50,19 @@ void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std
     if (is_lost(port, gap.norm(), spacing_m_)) port.lambda.setZero();
     port.touching = port.lambda.squaredNorm() > 0;
     if (!port.touching) port.clearance = clearance_of(port.point, gap, normal_at(skin_->view(), skin_positions_, port.point));
-    if (slips[k].further.squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k].further);
+    if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
   }
 }
 
-bool Integrator::slide_on(std::vector<Slip>& slips, const BodyState& state, std::vector<ToolPort>& ports) {
+bool Integrator::slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports) {
   bool any = false;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
-    if (port.kind != ContactKind::touch || !port.touching || !(slips[k].further.norm() > kSlipToleranceM)) continue;
+    if (port.kind != ContactKind::touch || !port.touching || !(slips[k].norm() > kSlipToleranceM)) continue;
     if (!any) skin_->place(state.x, skin_positions_);
     any = true;
-    port.point = slide(skin_->view(), skin_positions_, port.point, slips[k].further);
+    port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
+    slips[k].setZero();
   }
   return any;
 }
@@ -80,12 +81,10 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
   if (contact) skin_->place(state.x, skin_positions_);
   std::vector<Vec3> normals = normals_of(ports);
-  std::vector<Slip> slips(ports.size());
-  for (std::size_t k = 0; k < ports.size(); ++k) slips[k].from = ports[k].point;
+  std::vector<Vec3> slips(ports.size(), Vec3::Zero());
   bool fresh = !(std::abs(matrix_a_ - a) < 0.01 * a);
   if (fresh && !refresh_matrix(state, a, false, report)) return false;
-  int moves = 0, slides = 0;
-  bool slid = false;
+  int since_slide = 0, slides = 0;
   double last_move = 0, pull_before = 0;
   Vector dv;
   for (int iteration = 0; iteration < stage.iterations_max; ++iteration) {
@@ -118,21 +117,22 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     place(stage, state);
     const double move = a * dv.cwiseAbs().maxCoeff();
     if (!(move <= kWorldExtentM)) return false;
-    const bool slid_before = slid;
-    slid = contact && slides < kStageSlidesMax && slide_on(slips, state, ports);
-    if (slid) {
-      ++slides;
-      normals = normals_of(ports);
-    }
     // What is still to come when moves shrink by the factor seen last: the sum of a geometric series.
-    const double ratio = moves > 0 ? move / last_move : 1;
+    const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;
-    if (left < options_.tolerance_m && !slid) {
+    if (left < options_.tolerance_m) {
+      if (slides < kSlidesMax && slide_on(slips, state, ports)) {
+        ++slides;
+        since_slide = 0;
+        last_move = 0;
+        normals = normals_of(ports);
+        continue;
+      }
       finish_contacts(tool_points, slips, state, ports);
       return true;
     }
     // A matrix that no longer contracts well is replaced; with contacts a fresh one that does not contract means too long a step.
-    if (moves > 0 && move > 0.25 * last_move && !slid && !slid_before) {
+    if (since_slide > 0 && move > 0.25 * last_move) {
       if (contact && fresh && iteration > 8 && move > 0.9 * last_move) return false;
       if (!contact || !fresh || iteration % 4 == 0) {
         if (!refresh_matrix(state, a, false, report)) return false;
@@ -140,7 +140,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
       }
     }
     last_move = move;
-    ++moves;
+    ++since_slide;
   }
   return false;
 }
