@@ -7,7 +7,7 @@ namespace palpate {
 
 inline constexpr const char* kFeltText =
     "what a real run displayed (palpate-client --report), beside the 1 kHz full model on the same path";
-inline constexpr const char* kFeltExample = "felt --scene scenes/organ.json --report out/demo --out out/felt";
+inline constexpr const char* kFeltExample = "--scene scenes/organ.json --report out/demo --out out/felt";
 
 /// Adds the flags to `command`; parsing them sets `run`.
 void add_felt_flags(CLI::App& command, Run& run);

@@ -16,7 +16,7 @@ using namespace palpate;
 /// An experiment: the function that adds it, and its command name.
 struct LabExperiment {
   void (*add)(CLI::App&, Run&);
-  const char* example;
+  std::string example;
 };
 
 /// Experiments grouped by the question that they answer.
@@ -31,7 +31,7 @@ const std::vector<Question>& questions() {
   static const std::vector<Question> all{
       {"How true is what a hand feels, of a motion or recording of mine?",
        {{add_replay, "replay --scene scenes/touch-cube.json --gesture press --scheme port --rtt-ms 120 --out out/replay"},
-        {add_felt, kFeltExample},
+        {add_felt, fmt::format("felt {}", kFeltExample)},
         {add_live, "live --scene scenes/organ.json --motion scenes/motions/organ-tour.csv --out out/live"},
         {add_haptic, "haptic --rtt-ms 120 --out out/haptic"},
         {add_gesture, "gesture --scene scenes/organ.json --kind tour --out out/tour.csv"}}},

@@ -7,7 +7,7 @@
 int main(int argc, char** argv) {
   using namespace palpate;
   CLI::App app{kFeltText, "palpate-fidelity"};
-  describe_program(app, PALPATE_VERSION, fmt::format("palpate-{}", kFeltExample));
+  describe_program(app, PALPATE_VERSION, fmt::format("palpate-fidelity {}", kFeltExample));
   app.option_defaults()->always_capture_default();
   Run run;
   add_felt_flags(app, run);
