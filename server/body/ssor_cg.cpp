@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "server/body/fused.hpp"
 
@@ -47,21 +46,7 @@ class Sum {
 
 }  // namespace
 
-void SsorConjugateGradients::sort_by_level(const BlockMatrix& a) {
-  std::vector<std::uint32_t> level(a.rows(), 0);
-  for (std::uint32_t i = 0; i < a.rows(); ++i)
-    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e)
-      if (a.column(e) < i) level[i] = std::max(level[i], level[a.column(e)] + 1);
-  order_.resize(a.rows());
-  std::iota(order_.begin(), order_.end(), 0U);
-  std::sort(order_.begin(), order_.end(),
-            [&](std::uint32_t i, std::uint32_t j) { return level[i] != level[j] ? level[i] < level[j] : i < j; });
-}
-
 void SsorConjugateGradients::read_pattern(const BlockMatrix& a) {
-  sort_by_level(a);
-  std::vector<std::uint32_t> row_of(a.rows());
-  for (std::uint32_t k = 0; k < a.rows(); ++k) row_of[order_[k]] = k;
   std::vector<std::uint32_t> upper_half(a.block_count());
   struct Block {
     std::uint32_t column, entry;
@@ -69,13 +54,12 @@ void SsorConjugateGradients::read_pattern(const BlockMatrix& a) {
   };
   std::vector<Block> blocks;
   for (const bool lower : {false, true}) {
-    Triangle& triangle = lower ? lower_ : upper_;
+    StrictTriangle& triangle = lower ? lower_ : upper_;
     triangle.first.assign(1, 0);
     for (std::uint32_t k = 0; k < a.rows(); ++k) {
-      const std::uint32_t i = order_[k];
       blocks.clear();
-      for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e)
-        if (const std::uint32_t column = row_of[a.column(e)]; lower ? column < k : column > k) blocks.push_back({column, e});
+      for (std::uint32_t e = a.row_begin(k); e < a.row_end(k); ++e)
+        if (const std::uint32_t column = a.column(e); lower ? column < k : column > k) blocks.push_back({column, e});
       // Those that are known last come last.
       std::sort(blocks.begin(), blocks.end());
       if (!lower) std::reverse(blocks.begin(), blocks.end());
@@ -85,7 +69,7 @@ void SsorConjugateGradients::read_pattern(const BlockMatrix& a) {
         triangle.columns.back().b = blocks[n].column;
         const std::uint32_t at = n % 2 == 0 ? half : half - 1;
         if (lower)
-          places_.push_back({blocks[n].entry, k, blocks[n].column, at, upper_half[a.find(order_[blocks[n].column], i)]});
+          places_.push_back({blocks[n].entry, k, blocks[n].column, at, upper_half[a.find(blocks[n].column, k)]});
         else
           upper_half[blocks[n].entry] = at;
       }
@@ -96,18 +80,18 @@ void SsorConjugateGradients::read_pattern(const BlockMatrix& a) {
   scale_.resize(a.rows());
 }
 
-void SsorConjugateGradients::put(const Quad (&columns)[3], std::uint32_t half, Triangle& to) {
+void SsorConjugateGradients::put(const Quad (&columns)[3], std::uint32_t half, StrictTriangle& to) {
   for (int c = 0; c < 3; ++c) four(*reinterpret_cast<Quad*>(&to.pairs[half / 2].columns[c][4 * (half % 2)])) = four(columns[c]);
 }
 
 bool SsorConjugateGradients::pack(const BlockMatrix& a) {
-  if (order_.empty()) read_pattern(a);
+  if (scale_.empty()) read_pattern(a);
   struct Factor {
     Quad columns[3];
   };
-  std::vector<Factor> factors(order_.size());
-  for (std::size_t k = 0; k < order_.size(); ++k) {
-    const Eigen::LLT<Mat3> llt(Mat3(a.block(a.diagonal(order_[k]))));
+  std::vector<Factor> factors(scale_.size());
+  for (std::size_t k = 0; k < scale_.size(); ++k) {
+    const Eigen::LLT<Mat3> llt(Mat3(a.block(a.diagonal(static_cast<std::uint32_t>(k)))));
     if (llt.info() != Eigen::Success) return false;
     scale_[k] = llt.matrixL().solve(Mat3(Mat3::Identity()));
     for (int c = 0; c < 3; ++c)
@@ -134,7 +118,7 @@ bool SsorConjugateGradients::pack(const BlockMatrix& a) {
   return true;
 }
 
-[[gnu::always_inline]] inline SsorConjugateGradients::Quad SsorConjugateGradients::product(const Triangle& triangle,
+[[gnu::always_inline]] inline SsorConjugateGradients::Quad SsorConjugateGradients::product(const StrictTriangle& triangle,
                                                                                            std::size_t row, const Quads& x) {
   EightFloats s0{}, s1{}, s2{};  // three sums that do not wait for each other
   for (std::uint32_t k = triangle.first[row]; k < triangle.first[row + 1]; ++k) {
@@ -167,12 +151,12 @@ void SsorConjugateGradients::solve_lower(const Quads& q, Quads& y, const Use& us
 }
 
 int SsorConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, bool& positive_definite) {
-  const std::size_t n = order_.size();
+  const std::size_t n = scale_.size();
   // Scaled to unit length, so that nothing small is lost below the smallest float.
   const double length = r.norm();
   for (Quads* quads : {&d_, &r_, &p_, &t_, &y_, &q_}) quads->resize(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const Eigen::Vector3f scaled = (scale_[k] * r.segment<3>(3 * static_cast<Eigen::Index>(order_[k])) / length).cast<float>();
+    const Eigen::Vector3f scaled = (scale_[k] * r.segment<3>(3 * static_cast<Eigen::Index>(k)) / length).cast<float>();
     four(q_[k]) = Four{scaled.x(), scaled.y(), scaled.z(), 0};
     four(d_[k]) = Four{};
   }
@@ -211,7 +195,7 @@ int SsorConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, 
   }
   for (std::size_t k = 0; k < n; ++k) {
     const Vec3 d(d_[k].v[0], d_[k].v[1], d_[k].v[2]);
-    x.segment<3>(3 * static_cast<Eigen::Index>(order_[k])) += length * scale_[k].transpose() * d;
+    x.segment<3>(3 * static_cast<Eigen::Index>(k)) += length * scale_[k].transpose() * d;
   }
   return iterations;
 }

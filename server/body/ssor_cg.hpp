@@ -6,14 +6,12 @@
 //     A^ = C^-1 A C^-T,     A^ p = t + C^-1 (p - t),     t = C^-T p
 //
 // so that an iteration costs two triangular solves, which read the blocks of A once, as one product does: Eisenstat's trick. It
-// takes half the iterations that the blocks of the diagonal alone do (docs/decisions/0003-linear-solver.md). The rows are sorted
-// by level, a row's level being one more than the largest of those before it that it depends on, which changes no result and lets
-// the processor work on several rows at a time.
+// takes half the iterations that the blocks of the diagonal alone do (docs/decisions/0003-linear-solver.md).
 //
 // The tolerance is of the preconditioned residual, |C^-1 r|, which is near the energy norm of the error.
 //
 // Source: Eisenstat, Efficient implementation of a class of preconditioned conjugate gradient methods, SIAM J. Sci. Stat. Comput.
-// 2 (1981); levels: Saad, Iterative Methods for Sparse Linear Systems (2003), 11.6.
+// 2 (1981).
 #pragma once
 
 #include <cstdint>
@@ -46,8 +44,8 @@ class SsorConjugateGradients {
   struct Columns {
     std::uint32_t a = 0, b = 0;
   };
-  /// A strict triangle: pairs of row k are first[k] ... first[k + 1] - 1.
-  struct Triangle {
+  /// Pairs of row k are first[k] ... first[k + 1] - 1.
+  struct StrictTriangle {
     std::vector<std::uint32_t> first;
     std::vector<Columns> columns;
     std::vector<Pair> pairs;
@@ -57,15 +55,13 @@ class SsorConjugateGradients {
   };
 
   void read_pattern(const BlockMatrix& a);
-  void sort_by_level(const BlockMatrix& a);
-  static void put(const Quad (&columns)[3], std::uint32_t half, Triangle& to);
-  static Quad product(const Triangle& triangle, std::size_t row, const Quads& x);
+  static void put(const Quad (&columns)[3], std::uint32_t half, StrictTriangle& to);
+  static Quad product(const StrictTriangle& triangle, std::size_t row, const Quads& x);
   void solve_upper(const Quads& p, Quads& t) const;
   template <class Use>
   void solve_lower(const Quads& q, Quads& y, const Use& use) const;
 
-  std::vector<std::uint32_t> order_;  // node of a row
-  Triangle lower_, upper_;
+  StrictTriangle lower_, upper_;
   std::vector<Place> places_;
   std::vector<Mat3> scale_;  // S^-1 of each row, with D = S S^T before it was scaled
   Quads d_, r_, p_, t_, y_, q_;
