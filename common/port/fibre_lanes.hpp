@@ -16,7 +16,7 @@
 
 #include "common/port/exp_lanes.hpp"
 #include "common/port/mat_lanes.hpp"
-#include "common/port/solid_law.hpp"
+#include "common/mechanics/solid_law.hpp"
 
 namespace palpate {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 #include "common/port/polar_lanes.hpp"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 
 namespace palpate {
 namespace {

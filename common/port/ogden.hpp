@@ -25,7 +25,7 @@
 
 #include "common/port/exp_lanes.hpp"
 #include "common/port/mat_lanes.hpp"
-#include "common/port/solid_law.hpp"
+#include "common/mechanics/solid_law.hpp"
 
 #include <Eigen/Core>
 

@@ -41,7 +41,7 @@
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
 #include "common/port/scheme.hpp"
-#include "common/port/solid_law.hpp"
+#include "common/mechanics/solid_law.hpp"
 
 namespace palpate {
 

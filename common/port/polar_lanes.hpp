@@ -1,4 +1,4 @@
-// polar_rotation of common/port/polar.hpp in every lane: the rotation R with the largest tr(R^T F), F of any kind.
+// polar_rotation of common/mechanics/polar.hpp in every lane: the rotation R with the largest tr(R^T F), F of any kind.
 //
 // Its unit quaternion is the eigenvector, for the largest eigenvalue, of the symmetric 4x4 matrix K(F) with q.K q = tr(R(q)^T F).
 // With F scaled to |F|^2 = 3, J = det F, G its cofactors and s_1 >= s_2 >= |s_3| its principal stretches, s_3 with the sign of J,

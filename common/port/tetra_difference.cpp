@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 
 namespace palpate {
 namespace {

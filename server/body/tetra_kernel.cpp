@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "common/port/fibre_lanes.hpp"
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 
 namespace palpate {
 namespace {

@@ -45,7 +45,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/ogden.hpp"
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

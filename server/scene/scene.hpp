@@ -10,7 +10,7 @@
 
 #include "common/base/types.hpp"
 #include "common/port/patch.hpp"
-#include "common/port/solid_law.hpp"
+#include "common/mechanics/solid_law.hpp"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "common/port/nonlinear_tetrahedron.hpp"
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 #include "server/body/tetra_kernel.hpp"
 
 using namespace palpate;

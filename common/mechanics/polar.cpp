@@ -1,4 +1,4 @@
-#include "common/port/polar.hpp"
+#include "common/mechanics/polar.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>
