@@ -1,4 +1,4 @@
-// What a law of elasticity is: a class that adds its stress and its tangent in every lane of a vector.
+// The interface of a law of elasticity: a class that adds its stress and its tangent in every lane of a vector.
 //
 //     Psi(F) [J/m^3],   P = dPsi/dF [Pa],   A = dP/dF [Pa],   as functions of H = F - 1
 //
