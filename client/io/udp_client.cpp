@@ -56,7 +56,7 @@ void UdpClient::stop() {
   if (!thread_.joinable()) return;
   asio::post(io_, [this] {
     const auto now = monotonic_now();
-    core_.leave(now);
+    core_.leave();
     send_all(now);
     io_.stop();
   });
@@ -118,8 +118,7 @@ void UdpClient::step() {
   if (channel_) channel_->tick(now);
   core_.tick(now);
   send_all(now);
-  const bool sent_away = core_.link() == LinkState::refused && core_.refuse_reason() == RefuseReason::shutting_down;
-  if (const auto server = finder_.move(now, core_.last_answer(), sent_away)) move_to(*server);
+  if (const auto server = finder_.move(now, core_.last_answer(), core_.sent_away())) move_to(*server);
   note();
   wake();
 }

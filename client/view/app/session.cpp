@@ -163,7 +163,7 @@ void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
 }
 
 std::string ViewSession::status(Micros now) const {
-  if (core_.link() != ViewLink::joined) return "server lost, showing its last shape";
+  if (core_.link() != LinkState::joined) return "server lost, showing its last shape";
   if (!core_.heard_lately(now))
     return fmt::format("no word from the server for {:.1f} s, showing its last shape", seconds(core_.silence(now)));
   const int shapes = core_.shapes_lately(now);
@@ -174,7 +174,7 @@ std::string ViewSession::status(Micros now) const {
 }
 
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
-  if (core_.link() == ViewLink::refused) return {"refused", core_.refusal(), ""};
+  if (core_.link() == LinkState::refused) return {"refused", core_.refusal(), ""};
   if (!core_.ready()) return {"palpate", "waiting for " + server_, ""};
   remember(now, tools);
   Caption caption{core_.welcome().scene, status(now), ""};
