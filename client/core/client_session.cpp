@@ -146,8 +146,7 @@ std::size_t ClientSession::emit_own(std::span<std::byte> out, Micros now) {
 }
 
 std::size_t ClientSession::say(Payload body, std::span<std::byte> out, Micros now) {
-  const bool stranger = std::holds_alternative<Hello>(body);
-  const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
+  const Message message{instance_, station_, seq_out_, clock_.stamp(now), std::move(body)};
   const auto size = encode(message, out);
   if (size == 0) return 0;
   sent_.add(now);

@@ -8,6 +8,9 @@
 //                it frees the name
 //     refused    for another reason (name in use, wrong version, ...), which is reported; Hello every kRetryEvery
 //
+// A Hello carries the number and secret of the former session, so that the server recognises a client whose address changed and
+// ends the former session with the beginning of the new one (server/core/sessions.hpp).
+//
 // Forged datagrams: every datagram of a server echoes the microsecond at which we sent the newest one that it received
 // (ClockStamps::echo; a Refuse echoes the one that it answers). A datagram that echoes none of our last kSentKept is ignored: an
 // attacker off the path has to guess one of several hundred microseconds of the last second. An attacker on the path sees them;

@@ -185,8 +185,8 @@ using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat
                              Tools, PatchTerms, ViewState, RoomView, Reset>;
 
 struct Message {
-  std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; 0 in a Hello
-  StationId station = 0;       ///< assigned by the server; 0 in a Hello
+  std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; in a Hello: of the former session, or 0
+  StationId station = 0;       ///< assigned by the server; in a Hello: of the former session, or 0
   std::uint32_t seq = 0;       ///< per direction and station, incremented with every datagram
   ClockStamps clock;
   Payload body;

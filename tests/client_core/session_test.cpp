@@ -142,6 +142,32 @@ TEST_CASE("a hand that leaves its name to the server gets one like it, and asks 
   CHECK(second.welcome().station == "hand-2");
 }
 
+TEST_CASE("a client whose address changes keeps its name, is back at once, and never has two tools in the body") {
+  for (const bool alike : {false, true}) {
+    SmallWorld world;
+    world.link.delay = 20ms;
+    ClientOptions options;
+    options.hello.station = "hand";
+    options.hello.alike = alike;
+    auto& hand = world.add(1, options);
+    world.run(2s);
+    const auto before = world.room.jobs.size();
+    auto moved = world.places.extract(1);
+    moved.key() = 7;
+    world.places.insert(std::move(moved));
+    world.run(150ms);
+    CAPTURE(alike);
+    CHECK(hand.link() == LinkState::joined);
+    CHECK(hand.counts().joins == 2);
+    CHECK(hand.welcome().station == "hand");
+    CHECK(world.server->station_count() == 1);
+    world.run(4s);
+    CHECK(hand.counts().joins == 2);
+    CHECK(world.places[7].ticks.back().has_patch);
+    for (std::size_t k = before; k < world.room.jobs.size(); ++k) REQUIRE(world.room.jobs[k].stations.size() <= 1);
+  }
+}
+
 TEST_CASE("only one hand holds the node of an attach scene") {
   SmallWorld world(ContactKind::attach);
   world.add(1, "a");
