@@ -106,7 +106,7 @@ int list_devices() {
 
 int check_device(const AppOptions& options, const std::atomic<bool>& stop) {
   const std::unique_ptr<Device> device = open_named(options, *options.check_device);
-  const auto says = [](const DeviceReading& reading) { tell(fmt::format("not ready: {}", reading.reason.text())); };
+  const auto says = [&](const DeviceReading& reading, Micros waited) { tell(not_ready(*device, reading, waited)); };
   if (!wait_until_ready(*device, kReadyMost, stop, says)) {
     tell("does not serve: it did not get ready");
     return 1;

@@ -170,9 +170,7 @@ class Run {
   bool take_up(const Welcome& welcome) {
     constexpr Micros kEver = Micros::max();
     say(fmt::format("device {}: {}", options_.device_name, hardware_->caps().model));
-    const auto says = [](const DeviceReading& reading) {
-      say(fmt::format("the device is not ready: {}", reading.reason.text()));
-    };
+    const auto says = [this](const DeviceReading& reading, Micros waited) { say(not_ready(*hardware_, reading, waited)); };
     if (!wait_until_ready(*hardware_, kEver, stop_, says)) return false;
     map(*hardware_, welcome);
     mapped_->wait_for_start();
