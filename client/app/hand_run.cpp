@@ -66,7 +66,7 @@ class Run {
     }
     const bool never_there = !joined && !stop_ && !refused_for_good_;
     const bool refused = felt().status().link == LinkState::refused;
-    if (never_there) complain(fmt::format("{}: {}", options_.server, refused ? "never let in" : "no answer"));
+    if (never_there) complain(refused ? options_.server + ": never let in" : no_answer());
     return never_there || refused_for_good_ || failed_ ? 1 : 0;
   }
   /// After go(): true when the device hangs in a call, in which case destroying this object would wait for it.
@@ -118,6 +118,8 @@ class Run {
     recording_->finish();
   }
 
+  std::string no_answer() { return no_answer_text(options_.server, felt().status(), options_.keys.has_value()); }
+
   bool join() {
     felt().start();
     bool said = false;
@@ -126,7 +128,7 @@ class Run {
       if (link == LinkState::joined) return true;
       say_refusals();
       if (!said && link == LinkState::joining && monotonic_now() - began_ > kSilence) {
-        say(fmt::format("no answer from {}: zero force, trying on", options_.server));
+        say(no_answer() + ": zero force, trying on");
         said = true;
       }
       return false;

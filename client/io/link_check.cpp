@@ -88,6 +88,7 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   const ClientStatus status = client.status();
   figures.joined = status.link == LinkState::joined;
   figures.refusal = status.refusal;
+  figures.no_answer = no_answer_text(server, status, keys.has_value());
   figures.rate_hz = figures.joined ? status.welcome.rate_hz : 0;
   if (figures.joined) {
     begin = monotonic_now();
@@ -120,8 +121,7 @@ class Judge {
   LinkVerdict verdict() {
     v_.link_serves = v_.machine_serves = true;
     if (!f_.joined) {
-      no(v_.link_serves,
-         f_.refusal.empty() ? "no answer: is the server there, and do datagrams pass both ways?" : "refused: " + f_.refusal);
+      no(v_.link_serves, f_.refusal.empty() ? f_.no_answer : "refused: " + f_.refusal);
       return v_;
     }
     age();

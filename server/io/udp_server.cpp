@@ -140,6 +140,7 @@ void UdpServer::take_sealed(std::span<const std::byte> datagram, const UdpEndpoi
   const auto letter = trust_->take(datagram, channel_address(from), now);
   if (!letter) {
     traffic_.bytes_from_strangers += datagram.size();
+    refuse_without_key(datagram, from, now);
     return say_refused();
   }
   if (!letter->shown) traffic_.bytes_from_strangers += datagram.size();
@@ -152,6 +153,22 @@ void UdpServer::take_sealed(std::span<const std::byte> datagram, const UdpEndpoi
   } else {
     cores_.take(letter->fault, letter->message, letter->size, letter->from, now);
   }
+}
+
+/// Answers a Hello that came outside of the trust channel, with at most as many bytes.
+void UdpServer::refuse_without_key(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
+  Message message;
+  if (decode(datagram, message) != WireFault::none || !std::holds_alternative<Hello>(message.body)) return;
+  const Message answer{
+      0,
+      0,
+      0,
+      {now, message.clock.sent, {}},
+      Refuse{RefuseReason::bad_request, "a key is needed (--key FILE) that the server admits (palpate-key admit)"}};
+  const auto size = encode(answer, std::span(out_).first(std::min(out_.size(), datagram.size())));
+  if (size == 0) return;
+  traffic_.bytes_to_strangers += size;
+  send(std::span(out_).first(size), from);
 }
 
 void UdpServer::end_sessions(Micros now) {

@@ -127,6 +127,7 @@ class UdpServer {
   void take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void say_refused();
+  void refuse_without_key(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void end_sessions(Micros now);
   void step();
   void send_all(Micros now);

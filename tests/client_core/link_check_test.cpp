@@ -120,7 +120,7 @@ TEST_CASE("nobody there is no link") {
   const LinkFigures f = measure_link("127.0.0.1:9", "check", Micros{300'000}, false, stop);
   CHECK_FALSE(f.joined);
   CHECK_FALSE(judge(f).serves());
-  CHECK(says(judge(f), "no answer"));
+  CHECK(says(judge(f), "nothing listens at 127.0.0.1:9"));
 }
 
 TEST_CASE("a verdict names each reason, and what to set") {

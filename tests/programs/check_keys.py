@@ -133,9 +133,9 @@ def check_touch(programs, scenes, server, work, keys):
 
 
 def check_strangers(programs, scenes, server, work, keys):
-    for arguments in ([], ["--key", keys["stranger"]], ["--key", keys["misled"]]):
+    for arguments, said in (([], "a key is needed"), (["--key", keys["stranger"]], "no answer"), (["--key", keys["misled"]], "no answer")):
         done = hand(programs, scenes, server.address, work / "nothing", "--duration-s", "1.5", *arguments)
-        assert done.returncode == 1 and "no answer" in done.stderr, done.stdout + done.stderr
+        assert done.returncode == 1 and said in done.stderr, done.stdout + done.stderr
     server.wait_for(r"no session for 127\.0\.0\.1:\d+: key not known \(key " + re.escape(key(programs, "show", keys["stranger"])))
     done = hand(programs, scenes, server.address, work / "nothing", "--key", keys["station"], "--station", "OR 4", "--duration-s", "1.5")
     assert done.returncode == 1 and 'this key\'s stations are "OR 3"' in done.stderr, done.stdout + done.stderr

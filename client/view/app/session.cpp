@@ -58,6 +58,7 @@ void ViewSession::pump() {
   for (int errors = 0; errors < 8;) {
     const std::size_t size = socket_.receive(asio::buffer(datagram), 0, error);
     if (error == asio::error::would_block || error == asio::error::try_again) break;
+    if (!error || error == asio::error::connection_refused) nobody_listens_ = static_cast<bool>(error);
     if (error)
       ++errors;
     else
@@ -175,7 +176,7 @@ std::string ViewSession::status(Micros now) const {
 
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   if (core_.link() == LinkState::refused) return {"refused", core_.refusal(), ""};
-  if (!core_.ready()) return {"palpate", "waiting for " + server_, ""};
+  if (!core_.ready()) return {"palpate", (nobody_listens_ ? "nothing listens at " : "waiting for ") + server_, ""};
   remember(now, tools);
   Caption caption{core_.welcome().scene, status(now), ""};
   caption.panels = {.room = &core_.room(),
