@@ -66,24 +66,25 @@ std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<in
   return line + fmt::format("   keeps up with {}", most);
 }
 
-/// Cost at the most expensive of several places; empty if the cost of one of them is unknown.
-std::optional<FrameCost> worst_cost(const Scene& scene, const SurfaceStiffness& home, double rate_hz) {
+/// Costs at several places, the least expensive first; empty if the cost of one of them is unknown.
+std::vector<FrameCost> costs_of(const Scene& scene, const SurfaceStiffness& home, double rate_hz) {
   constexpr std::size_t kPlaces = 3;
   std::vector<SurfaceStiffness> places;
   if (scene.tool.contact == ContactKind::touch) places = finger_stiffnesses(scene, touch_places(scene.body, home.place, kPlaces));
   if (places.empty()) places.push_back(home);
-  std::optional<FrameCost> worst;
+  std::vector<FrameCost> costs;
   for (const SurfaceStiffness& place : places) {
     const std::optional<FrameCost> cost = frame_cost(scene, place, rate_hz);
-    if (!cost) return std::nullopt;
-    if (!worst || cost->ms(Scheme::hyper, 1) > worst->ms(Scheme::hyper, 1)) worst = cost;
+    if (!cost) return {};
+    costs.push_back(*cost);
   }
-  return worst;
+  std::sort(costs.begin(), costs.end(),
+            [](const auto& a, const auto& b) { return a.ms(Scheme::hyper, 1) < b.ms(Scheme::hyper, 1); });
+  return costs;
 }
 
-void add_costs(const Scene& scene, const SurfaceStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
-  const std::optional<FrameCost> cost = worst_cost(scene, finger, rate_hz);
-  if (!cost) {
+void add_costs(const Scene& scene, const std::vector<FrameCost>& costs, double rate_hz, std::vector<std::string>& lines) {
+  if (costs.empty()) {
     lines.push_back("a frame    not measured (palpate-lab load does it)");
     return;
   }
@@ -92,12 +93,13 @@ void add_costs(const Scene& scene, const SurfaceStiffness& finger, double rate_h
   std::string columns(10, ' ');
   for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
   lines.push_back(columns);
-  for (const Scheme scheme : {Scheme::port, Scheme::hyper}) lines.push_back(cost_line(*cost, scheme, stations, 1e3 / rate_hz));
+  for (const Scheme scheme : {Scheme::port, Scheme::hyper})
+    lines.push_back(cost_line(costs.back(), scheme, stations, 1e3 / rate_hz));
 }
 
 }  // namespace
 
-std::vector<std::string> describe(const Scene& scene, double rate_hz) {
+Description describe(const Scene& scene, double rate_hz) {
   const LumpedBody& body = scene.body;
   const auto held = static_cast<std::size_t>(std::count_if(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; }));
   const double mass_kg = std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0);
@@ -118,10 +120,11 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness can be solved for within about a second
   const bool small = body.nodes.size() <= kSolvedMost;
   const std::optional<SurfaceStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
-  if (!finger) return lines;
+  if (!finger) return {lines, {}};
   lines.push_back(touch_line(scene, *finger));
-  add_costs(scene, *finger, rate_hz, lines);
-  return lines;
+  const std::vector<FrameCost> costs = costs_of(scene, *finger, rate_hz);
+  add_costs(scene, costs, rate_hz, lines);
+  return {lines, costs.empty() ? std::nullopt : std::optional(costs.front())};
 }
 
 }  // namespace palpate

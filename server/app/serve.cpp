@@ -170,7 +170,9 @@ class Serving {
                       room.scene.body.elements.size() + room.scene.body.tetrahedra.size() + room.scene.body.hexahedra.size(),
                       to_string(shell_->address()), flags_.rate_hz));
       say("room", fmt::format("{}integrator {}", as, shell_->integrator(k)));
-      for (const std::string& line : describe(room.scene, flags_.rate_hz)) say("room", as + line);
+      const Description description = describe(room.scene, flags_.rate_hz);
+      for (const std::string& line : description.lines) say("room", as + line);
+      if (description.least_cost) shell_->expect_costs(k, *description.least_cost);
     }
   }
 

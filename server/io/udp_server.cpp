@@ -11,6 +11,7 @@
 #include "common/io/channel_endpoint.hpp"
 #include "common/io/monotonic.hpp"
 #include "common/io/processor_time.hpp"
+#include "server/io/frame_cost.hpp"
 
 namespace palpate {
 namespace {
@@ -97,6 +98,12 @@ UdpServer::UdpServer(const std::vector<NamedScene>& scenes, const ShellOptions& 
     cores_.know_successors([this](PeerId newer, PeerId older) { return trust_->succeeds(newer, older); });
   }
   if (!options.record.file.empty()) begin_recording(scenes, options);
+}
+
+void UdpServer::expect_costs(std::size_t room, const FrameCost& cost) {
+  const auto on_wall = [&](double processor_ms) { return from_seconds(1e-3 * processor_ms / cost.core_share); };
+  cores_[room].expect_costs({on_wall(cost.step_ms), on_wall(cost.port_ms),
+                             on_wall(std::max(0.0, cost.hyper_ms - cost.rollouts_ms)), on_wall(cost.rollouts_ms)});
 }
 
 void UdpServer::run() {
@@ -240,6 +247,7 @@ void UdpServer::finish(std::size_t k, FrameResult result) {
   const auto now = monotonic_now();
   RoomWorker& body = *workers_[k];
   body.share.add(body.processor_took, body.wall_took);
+  cores_[k].set_starved(body.share.starved());
   body.absent.take_out(result);
   if (RoomRecorder* const recorder = body.recorder()) recorder->end_frame(result, cores_[k], now, body.absent.holds());
   cores_[k].finish(std::move(result), now);

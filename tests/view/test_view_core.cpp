@@ -142,6 +142,18 @@ TEST_CASE("What a viewer heard last holds while it hears the server, and no long
   CHECK(world.viewer.shapes_lately(world.now) == 0);
 }
 
+TEST_CASE("A viewer learns that the server's machine is starved, and that it is not any more", "[view]") {
+  World world;
+  world.run_until(Micros{1'000'000});
+  CHECK_FALSE(world.viewer.room().starved);
+  world.server.set_starved(true);
+  world.run_until(Micros{1'500'000});
+  CHECK(world.viewer.room().starved);
+  world.server.set_starved(false);
+  world.run_until(Micros{2'000'000});
+  CHECK_FALSE(world.viewer.room().starved);
+}
+
 TEST_CASE("What a viewer receives is recorded as it was shown, and plays", "[view][replay]") {
   World world;
   world.run_until(Micros{1'000'000});

@@ -170,8 +170,9 @@ std::string ViewSession::status(Micros now) const {
   const int shapes = core_.shapes_lately(now);
   const std::string body = fmt::format("{} triangles", core_.mesh().triangles.size());
   if (shapes == 0 || core_.room().asleep) return body + "    at rest";
-  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late", body, shapes, shapes == 1 ? "" : "s",
-                     1e3 * seconds(core_.lateness(now)));
+  const char* const starved = core_.room().starved ? "    the server's machine is overloaded" : "";
+  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}", body, shapes, shapes == 1 ? "" : "s",
+                     1e3 * seconds(core_.lateness(now)), starved);
 }
 
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
