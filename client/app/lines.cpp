@@ -24,7 +24,7 @@ void put(LineWriter& out, const std::string& lines) {
 }
 
 std::string lines_left_out(std::uint64_t lines) {
-  return fmt::format("palpate-client: {} lines are left out here: nobody read them\n", lines);
+  return fmt::format("palpate-client: {} lines were dropped here, because nobody read them\n", lines);
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ std::string describe(const DeviceNote& note) {
   const std::string reason(note.reason.text());
   switch (note.state) {
     case DeviceState::ok:
-      return "the device is well: the force comes back";
+      return "the device is ok: the force returns";
     case DeviceState::not_ready:
       return "the device is not ready: " + reason;
     case DeviceState::fault:

@@ -23,10 +23,10 @@ bool hangs_by_few(std::size_t held, std::size_t nodes) {
 
 /// Suggests a setting that fixes the lowest tenth of the body.
 std::string advice(const LumpedBody& body) {
-  if (body.planar) return "\"fixed_faces\" in body.lattice holds a side, for example [\"x-\"]";
+  if (body.planar) return "\"fixed_faces\" in body.lattice fixes a side, for example [\"x-\"]";
   const auto [low, high] =
       std::minmax_element(body.nodes.begin(), body.nodes.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
-  return fmt::format("\"fixed_below_z_m\": {:.3f} beside \"density_kg_m3\" holds the lowest tenth",
+  return fmt::format("\"fixed_below_z_m\": {:.3f} next to \"density_kg_m3\" fixes the lowest tenth",
                      low->z() + 0.1 * (high->z() - low->z()));
 }
 
@@ -85,11 +85,11 @@ std::vector<FrameCost> costs_of(const Scene& scene, const SurfaceStiffness& home
 
 void add_costs(const Scene& scene, const std::vector<FrameCost>& costs, double rate_hz, std::vector<std::string>& lines) {
   if (costs.empty()) {
-    lines.push_back("a frame    not measured (palpate-lab load does it)");
+    lines.push_back("a frame    was not measured (palpate-lab load measures it)");
     return;
   }
   const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};
-  lines.push_back(fmt::format("a frame    lasts {:.0f} ms and takes, about, where it takes longest, with", 1e3 / rate_hz));
+  lines.push_back(fmt::format("a frame    lasts {:.0f} ms; at the most expensive place it takes about, with", 1e3 / rate_hz));
   std::string columns(10, ' ');
   for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
   lines.push_back(columns);
@@ -103,11 +103,11 @@ Description describe(const Scene& scene, double rate_hz) {
   const LumpedBody& body = scene.body;
   const auto held = static_cast<std::size_t>(std::count_if(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; }));
   const double mass_kg = std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0);
-  std::vector<std::string> lines{fmt::format("body       {:.3g} kg, {} of {} nodes held", mass_kg, held, body.nodes.size())};
+  std::vector<std::string> lines{fmt::format("body       {:.3g} kg, {} of {} nodes fixed", mass_kg, held, body.nodes.size())};
   if (hangs_by_few(held, body.nodes.size()))
     lines.push_back(fmt::format(
         "warning: {}; {}",
-        held == 0 ? "no node is held, a tool pushes the body away" : "hardly a node is held, the body flops under a tool",
+        held == 0 ? "no node is fixed: a tool pushes the body away" : "too few nodes are fixed: the body swings under a tool",
         advice(body)));
   constexpr double kLeftOutSaid = 0.03;
   if (std::abs(body.left_out_share) > kLeftOutSaid)

@@ -116,7 +116,7 @@ Station* Sessions::admit(Handshake& handshake, Micros now) {
   const auto former = stations_.find(handshake.former);
   const Asker asker{handshake.peer, former != stations_.end() ? &former->second : nullptr};
   if (objection(handshake.hello, asker, now)) return nullptr;
-  if (asker.former) replace(*asker.former, "it goes on from another address", now);
+  if (asker.former) replace(*asker.former, "it continues from another address", now);
   if (const Station* const old = stations_.named(handshake.hello.station))
     replace(*old, is_successor(*old, handshake.peer) ? "its successor takes its name" : "another takes its name", now);
   assert(stations_.size() < static_cast<std::size_t>(kMaxStations));

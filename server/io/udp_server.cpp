@@ -40,8 +40,8 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
                                     {after.frames_busy - before.frames_busy, "frames skipped"},
                                     {after.frames_failed - before.frames_failed, "failed"},
                                     {after.cut_steps - before.cut_steps, "steps cut"},
-                                    {after.tools_let_go - before.tools_let_go, "tools let go of"},
-                                    {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms left out"},
+                                    {after.tools_let_go - before.tools_let_go, "tools released"},
+                                    {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms of body time dropped"},
                                     {after.dropped_all() - before.dropped_all(), "datagrams dropped"}})
     if (count > 0) text += fmt::format(", {} {}", count, what);
   return text;
@@ -260,7 +260,7 @@ void UdpServer::end_room(std::size_t k, const std::exception_ptr& failure) {
   try {
     std::rethrow_exception(failure);
   } catch (const std::exception& fault) {
-    say(k, "room_failed", fmt::format("the body failed, the room is closed: {}", fault.what()), {{"reason", fault.what()}},
+    say(k, "room_failed", fmt::format("the body failed and the room is closed: {}", fault.what()), {{"reason", fault.what()}},
         EventLevel::error);
   }
   bool any_left = false;
@@ -319,14 +319,14 @@ std::string UdpServer::pace_text(std::size_t k) const {
   const CoreShare& share = workers_[k]->share;
   return fmt::format(
       "{:.1f} of {:g} frames a second, {:.0f} ms behind{}", core.pace().rate_hz, core.options().rate_hz, ms(core.pace().behind),
-      share.starved() ? fmt::format("; the machine is busy: frames get {:.0f} % of a core", 100 * share.share()) : "");
+      share.starved() ? fmt::format("; the machine is starved: frames get {:.0f} % of a core", 100 * share.share()) : "");
 }
 
 void UdpServer::watch_pace(std::size_t k) {
   const ServerCore& core = cores_[k];
   const bool slow = core.pace().rate_hz < kSlowBelow * core.options().rate_hz;
   if (slow == std::exchange(workers_[k]->slow, slow)) return;
-  say(k, slow ? "overrun" : "kept_up", slow ? "overrunning: " + pace_text(k) : "keeps its frame rate again",
+  say(k, slow ? "overrun" : "kept_up", slow ? "the room overruns: " + pace_text(k) : "the room keeps its frame rate again",
       {{"rate_hz", core.pace().rate_hz}, {"behind_ms", ms(core.pace().behind)}, {"core_share", workers_[k]->share.share()}},
       slow ? EventLevel::warning : EventLevel::info);
 }
@@ -345,7 +345,7 @@ void UdpServer::report() {
         say(k, "report",
             fmt::format("{} station{}: {}{}", core.station_count(), core.station_count() == 1 ? "" : "s",
                         frame_figures(workers_[k]->reported, counts, core.longest_frame()),
-                        slow ? ", overrunning: " + pace_text(k) : ""),
+                        slow ? ", the room overruns: " + pace_text(k) : ""),
             {{"stations", static_cast<double>(core.station_count())},
              {"frames", static_cast<double>(counts.frames - workers_[k]->reported.frames)},
              {"longest_ms", ms(core.longest_frame())},

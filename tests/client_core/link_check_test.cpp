@@ -76,7 +76,7 @@ TEST_CASE("a good link is measured as what it is, and serves") {
   const LinkVerdict verdict = judge(f);
   CHECK(verdict.link_serves);
   CHECK(says(verdict, "set: palpate-client --passivity"));
-  CHECK(says(verdict, "gives scheme hyper"));
+  CHECK(says(verdict, "chooses scheme hyper"));
 }
 
 TEST_CASE("a link that loses too much for nonlinear patches is said to get linear ones") {
@@ -87,7 +87,7 @@ TEST_CASE("a link that loses too much for nonlinear patches is said to get linea
   f.down = {0.15, 2};
   const LinkVerdict verdict = judge(f);
   REQUIRE(verdict.link_serves);
-  CHECK(says(verdict, "gives scheme port"));
+  CHECK(says(verdict, "chooses scheme port"));
 }
 
 TEST_CASE("a bad link is measured as what it is, and does not serve") {

@@ -164,9 +164,9 @@ void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
 }
 
 std::string ViewSession::status(Micros now) const {
-  if (core_.link() != LinkState::joined) return "server lost, showing its last shape";
+  if (core_.link() != LinkState::joined) return "the server was lost; its last shape is shown";
   if (!core_.heard_lately(now))
-    return fmt::format("no word from the server for {:.1f} s, showing its last shape", seconds(core_.silence(now)));
+    return fmt::format("the server has been silent for {:.1f} s; its last shape is shown", seconds(core_.silence(now)));
   const int shapes = core_.shapes_lately(now);
   const std::string body = fmt::format("{} triangles", core_.mesh().triangles.size());
   if (shapes == 0 || core_.room().asleep) return body + "    at rest";
