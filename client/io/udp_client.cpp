@@ -102,7 +102,7 @@ void UdpClient::move_to(const UdpEndpoint& server, Micros now) {
   server_ = server;
   socket_ = open_udp_towards(io_, server_);
   connect();
-  send_fails_ = nobody_listens_ = false;
+  address_gone_ = nobody_listens_ = false;
   opened_at_ = now;
   ++sockets_;
   receive();
@@ -135,7 +135,7 @@ void UdpClient::step() {
   core_.tick(now);
   send_all(now);
   if (const auto server = finder_.move(now, core_.last_answer(), core_.sent_away())) move_to(*server, now);
-  if (send_fails_ && now - opened_at_ >= kReopenAfter) move_to(server_, now);
+  if (address_gone_ && now - opened_at_ >= kReopenAfter) move_to(server_, now);
   note();
   wake();
 }
@@ -159,10 +159,8 @@ void UdpClient::send(std::span<const std::byte> datagram) {
     socket_.send_to(asio::buffer(datagram.data(), datagram.size()), server_, 0, fault);
   if (!fault) return;
   ++send_failed_;
-  if (fault == asio::error::connection_refused)
-    nobody_listens_ = true;
-  else
-    send_fails_ = true;
+  nobody_listens_ = nobody_listens_ || fault == asio::error::connection_refused;
+  address_gone_ = address_gone_ || fault == asio::error::network_unreachable || fault == asio::error::invalid_argument;
 }
 
 void UdpClient::note() {

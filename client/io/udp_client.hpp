@@ -1,7 +1,7 @@
 // Drives a ClientCore over a UDP socket in real time, on a thread of its own.
 //
 // The socket is connected, so that the operating system reports the ICMP message "port unreachable". A connected socket keeps the
-// address of the interface that it began with: where a datagram cannot be sent, a new socket follows after kReopenAfter.
+// address of the interface that it began with: where no route leads from there, a new socket replaces it after kReopenAfter.
 //
 // The thread sleeps until a datagram arrives or until the core's deadline, at most kWake while joined, so that samples of the
 // haptic thread are sent in time. All waiting datagrams are processed before the core ticks. The clock is steady_clock, the same
@@ -101,7 +101,8 @@ class UdpClient {
   std::array<std::byte, kMaxSealedBytes> sealed_{};
   std::optional<ClientChannel> channel_;
   std::uint64_t send_failed_ = 0;
-  bool waiting_said_ = false, nobody_listens_ = false, send_fails_ = false;
+  bool waiting_said_ = false, nobody_listens_ = false;
+  bool address_gone_ = false;  ///< true: the interface that the socket is bound to may have another address by now
   Micros opened_at_{};
   mutable std::mutex mutex_;  ///< guards status_; never locked by the haptic thread
   ClientStatus status_;
