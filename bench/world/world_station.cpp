@@ -57,7 +57,7 @@ void WorldStation::wake(Micros now) {
 
 void WorldStation::leave() {
   if (!up() || asleep()) return;
-  core_->leave(Micros{});
+  core_->leave();
   haptic_stalled_ = leaving_ = true;
   if (device_) device_->stop();
 }

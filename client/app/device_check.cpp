@@ -70,10 +70,10 @@ void watch(DeviceCheck& check, Micros duration, const std::atomic<bool>& stop) {
 bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
   tell(fmt::format(
       "force test: it will push {:.2f} N to the right, then away from you, then up, for a second each. Hold it lightly in "
-      "its middle and let it move. Type yes to begin, anything else to leave it out:",
+      "its middle and let it move. Type yes to begin, anything else to skip it:",
       check.test_force_n()));
   if (answer(check, stop) != "yes") {
-    tell("force test left out");
+    tell("the force test was skipped");
     return true;
   }
   for (int axis = 0; axis < 3 && !stop && check.running(); ++axis) {
@@ -86,8 +86,7 @@ bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
         tell(fmt::format("  pushed {}: the hand did not yield; hold it more lightly and try again", way));
         break;
       case Yield::against:
-        tell(fmt::format("  pushed {}: it went the other way: its axes are not what Palpate takes them for. Do not feel with it",
-                         way));
+        tell(fmt::format("  pushed {}: the hand yielded the other way: the signs of its axes are wrong. Do not use it", way));
         return false;
     }
   }
@@ -106,9 +105,9 @@ int list_devices() {
 
 int check_device(const AppOptions& options, const std::atomic<bool>& stop) {
   const std::unique_ptr<Device> device = open_named(options, *options.check_device);
-  const auto says = [](const DeviceReading& reading) { tell(fmt::format("not ready: {}", reading.reason.text())); };
+  const auto says = [&](const DeviceReading& reading, Micros waited) { tell(not_ready(*device, reading, waited)); };
   if (!wait_until_ready(*device, kReadyMost, stop, says)) {
-    tell("does not serve: it did not get ready");
+    tell("does not serve: the device did not become ready");
     return 1;
   }
   const double trial_s = options.duration_s.value_or(kTrialS);

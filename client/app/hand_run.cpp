@@ -66,7 +66,7 @@ class Run {
     }
     const bool never_there = !joined && !stop_ && !refused_for_good_;
     const bool refused = felt().status().link == LinkState::refused;
-    if (never_there) complain(fmt::format("{}: {}", options_.server, refused ? "never let in" : "no answer"));
+    if (never_there) complain(refused ? options_.server + ": the server refused every attempt to join" : no_answer());
     return never_there || refused_for_good_ || failed_ ? 1 : 0;
   }
   /// After go(): true when the device hangs in a call, in which case destroying this object would wait for it.
@@ -118,6 +118,8 @@ class Run {
     recording_->finish();
   }
 
+  std::string no_answer() { return no_answer_text(options_.server, felt().status(), options_.keys.has_value()); }
+
   bool join() {
     felt().start();
     bool said = false;
@@ -126,7 +128,7 @@ class Run {
       if (link == LinkState::joined) return true;
       say_refusals();
       if (!said && link == LinkState::joining && monotonic_now() - began_ > kSilence) {
-        say(fmt::format("no answer from {}: zero force, trying on", options_.server));
+        say(no_answer() + "; the force is zero, and the client keeps trying");
         said = true;
       }
       return false;
@@ -170,9 +172,7 @@ class Run {
   bool take_up(const Welcome& welcome) {
     constexpr Micros kEver = Micros::max();
     say(fmt::format("device {}: {}", options_.device_name, hardware_->caps().model));
-    const auto says = [](const DeviceReading& reading) {
-      say(fmt::format("the device is not ready: {}", reading.reason.text()));
-    };
+    const auto says = [this](const DeviceReading& reading, Micros waited) { say(not_ready(*hardware_, reading, waited)); };
     if (!wait_until_ready(*hardware_, kEver, stop_, says)) return false;
     map(*hardware_, welcome);
     mapped_->wait_for_start();
@@ -239,8 +239,8 @@ class Run {
     if (recording_) recording_->event(start, RecordedEventKind::motion);
     hardware_ ? mapped_->start(start) : device_->start(start);
     say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s())
-        : options_.held ? "the hand feels the body from now on"
-                        : "holding still");
+        : options_.held ? "the device renders the force of the body from now on"
+                        : "the hand holds still");
     bool linked = true, slow = false, moving = options_.motion.has_value();
     wait([&] {
       say_refusals();
@@ -251,7 +251,7 @@ class Run {
       const ClientStatus status = felt().status();
       const bool now_slow = status.pace.slow(status.welcome.rate_hz);
       if (now_slow != slow)
-        say(now_slow ? fmt::format("the server overruns: {:.1f} of {:g} frames a second, {:.0f} ms behind", status.pace.rate_hz,
+        say(now_slow ? fmt::format("the server overruns: {:.1f} of {:g} frames per second, {:.0f} ms behind", status.pace.rate_hz,
                                    status.welcome.rate_hz, seconds(status.pace.behind) * 1e3)
                      : "the server keeps up again");
       slow = now_slow;
@@ -270,7 +270,7 @@ class Run {
     const std::string name = felt().status().welcome.station;
     if (name == name_) return;
     name_ = name;
-    say(fmt::format("now named {}{}", name, stations_.size() > 1 ? "; the comparisons end" : ""));
+    say(fmt::format("this station is now named {}{}", name, stations_.size() > 1 ? "; the comparisons end" : ""));
     for (std::size_t i = 1; i < stations_.size(); ++i) stations_[i]->stop();
   }
 
@@ -282,8 +282,8 @@ class Run {
       if (status.link != LinkState::refused || status.refusal == refusal_said_[i]) continue;
       refusal_said_[i] = status.refusal;
       const bool final = i == 0 && status.refuse_reason == RefuseReason::bad_request;
-      complain(
-          fmt::format("{} refused {}: {}{}", options_.server, stations_[i]->name(), status.refusal, final ? "" : "; trying on"));
+      complain(fmt::format("{} refused {}: {}{}", options_.server, stations_[i]->name(), status.refusal,
+                           final ? "" : "; the client keeps trying"));
       refused_for_good_ = refused_for_good_ || final;
     }
     say_other_version();
@@ -299,7 +299,7 @@ class Run {
   }
 
   static std::string lost(const std::string& why) {
-    return "server lost: the force fades to zero, trying on" + (why.empty() ? "" : " (it said: " + why + ")");
+    return "server lost: the force fades to zero, and the client keeps trying" + (why.empty() ? "" : " (reason: " + why + ")");
   }
 
   static std::string felt_name(ClientStation& station) {

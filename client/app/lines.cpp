@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "client/io/device_check.hpp"
 #include "common/io/line_writer.hpp"
 
 namespace palpate {
@@ -23,7 +24,7 @@ void put(LineWriter& out, const std::string& lines) {
 }
 
 std::string lines_left_out(std::uint64_t lines) {
-  return fmt::format("palpate-client: {} lines are left out here: nobody read them\n", lines);
+  return fmt::format("palpate-client: {} lines were dropped here, because nobody read them\n", lines);
 }
 
 }  // namespace
@@ -40,15 +41,21 @@ void complain(const std::string& lines) {
   put(out, "palpate-client: " + lines);
 }
 
+std::string not_ready(const Device& device, const DeviceReading& reading, Micros waited) {
+  const std::string& model = device.caps().model;
+  return fmt::format("the device{} is not ready{}: {}", model.empty() ? "" : " (" + model + ")",
+                     waited < kRemindEvery ? "" : fmt::format(" after {:.0f} s", seconds(waited)), reading.reason.text());
+}
+
 std::string describe(const DeviceNote& note) {
   const std::string reason(note.reason.text());
   switch (note.state) {
     case DeviceState::ok:
-      return "the device is well: the force comes back";
+      return "the device is ok: the force returns";
     case DeviceState::not_ready:
       return "the device is not ready: " + reason;
     case DeviceState::fault:
-      return "no force: the device " + reason;
+      return "no force from the device: " + reason;
     case DeviceState::gone:
       return "no force, waiting for the device: " + reason;
     case DeviceState::ended:

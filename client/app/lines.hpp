@@ -16,5 +16,7 @@ void say(const std::string& lines);
 void complain(const std::string& lines);
 
 std::string describe(const DeviceNote& note);
+/// Says that a device has not been ready for `waited`, and what to do.
+std::string not_ready(const Device& device, const DeviceReading& reading, Micros waited);
 
 }  // namespace palpate

@@ -42,32 +42,33 @@ struct Typed {
 
 void declare_hands(CLI::App& app, TypedOfHands& typed) {
   app.add_option("--device", typed.devices,
-                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion as it is; openhaptics[:NAME]: 3D "
+                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion, whatever the force; "
+                 "openhaptics[:NAME]: 3D "
                  "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; "
                  "hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks (docs/reference/devices.md); "
-                 "again for each further hand of this person")
+                 "repeated for further hands of this person")
       ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
       ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option(
          "--motion", typed.motions,
-         "what the hand intends, or the recorded motion (palpate-lab gesture makes one for any scene); without it the hand holds "
-         "still")
+         "motion that the hand intends, or that is replayed (palpate-lab gesture makes one for any scene); without it the hand "
+         "holds still")
       ->type_name("FILE.csv")
       ->allow_extra_args(false);
-  app.add_option("--station", typed.stations,
-                 "name of this station, which nobody else in the room may have; without the flag it gets a number where it must; "
-                 "one name for several devices gets -1, -2 ... behind it")
+  app.add_option(
+         "--station", typed.stations,
+         "name of this station, unique in the room; the server appends a number to the default name if it is taken; one name "
+         "for several devices gets the suffixes -1, -2 ...")
       ->type_name("NAME")
       ->allow_extra_args(false)
       ->capture_default_str();
-  app.add_option("--hand", typed.hands, "the hand of --device sim")
+  app.add_option("--hand", typed.hands, "stiffness of the hand of --device sim")
       ->type_name("free|light|reference|firm")
       ->allow_extra_args(false)
       ->capture_default_str();
-  app.add_option(
-         "--scale", typed.scales,
-         "metres that the tool moves in the scene for one that the device moves; in place of what --workspace says, else 1")
+  app.add_option("--scale", typed.scales,
+                 "metres that the tool moves in the scene per metre of the device; default: that of --workspace, else 1")
       ->allow_extra_args(false)
       ->check(number_from(kScaleLeast, kScaleMost));
 }
@@ -75,31 +76,34 @@ void declare_hands(CLI::App& app, TypedOfHands& typed) {
 void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
   describe_program(app, PALPATE_VERSION,
                    "palpate-client --server 127.0.0.1:47800 --motion scenes/motions/organ-tour.csv --report out/station");
-  CLI::Option* const server = app.add_option("--server", typed.server, "where palpate-server (or palpate-relay) listens")
-                                  ->required()
-                                  ->type_name("HOST:PORT");
-  app.add_option("--key", typed.key,
-                 "key file of this station (palpate-key new), for a server with --keys; it names the server that is believed")
+  CLI::Option* const server =
+      app.add_option("--server", typed.server, "address at which palpate-server (or palpate-relay) listens")
+          ->required()
+          ->type_name("HOST:PORT");
+  app.add_option(
+         "--key", typed.key,
+         "key file of this station (palpate-key new), for a server with --keys; it contains the key of the trusted server")
       ->type_name("FILE");
-  app.add_option("--token", typed.token, "leave to join, from palpate-key issue, for a server that does not know this key")
+  app.add_option("--token", typed.token, "token from palpate-key issue, for a server whose key file does not contain this key")
       ->type_name("FILE");
   declare_hands(app, each);
   app.add_option("--room", typed.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_option("--scheme", typed.scheme,
-                 "what patches are made of; auto: the server gives hyper (nonlinear) while it has the time, port (linear) else")
+                 "scheme of the patches; auto: lets the server choose hyper (nonlinear) or port (linear), frame by frame")
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--order", typed.order,
                  fmt::format("states of a patch (twice its modes), even, up to {}; 0: the server's default", 2 * kMaxModes))
       ->capture_default_str();
-  app.add_option("--seed", typed.seed, "of the simulated tremor")->capture_default_str()->check(whole_number());
-  app.add_option("--release-s", typed.release_s, "motion time at which the hand of --device sim lets go")
+  app.add_option("--seed", typed.seed, "seed of the simulated tremor")->capture_default_str()->check(whole_number());
+  app.add_option("--release-s", typed.release_s, "motion time at which the hand of --device sim releases the device")
       ->check(number_from(0.0, kMostS));
-  app.add_option("--compare", typed.compare, "schemes to run beside the felt one on the same hand, separated by commas")
+  app.add_option("--compare", typed.compare, "schemes to compare on the same hand without rendering them, separated by commas")
       ->type_name("NAME,...");
-  app.add_option("--passivity", typed.passivity,
-                 "observe: account for the energy that the display gives to the hand; on: also damp a display that turns active; "
-                 "off: neither; auto: on, and observe for --device replay, which nobody feels")
+  app.add_option(
+         "--passivity", typed.passivity,
+         "observe: account for the energy that the display gives to the hand; on: also damp a display that becomes active; "
+         "off: neither; auto: observe for --device replay, which renders no force, otherwise on")
       ->type_name("auto|off|observe|on")
       ->capture_default_str();
   app.add_option("--coupling-n-m", typed.contact_stiffness_n_m,
@@ -109,30 +113,32 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
   app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "damping of the virtual coupling")
       ->check(number_from(0.0, kMostCouplingNSM))
       ->capture_default_str();
-  app.add_option("--report", typed.report, "folder for forces.csv and summary.json of what was felt")->type_name("DIR");
-  app.add_option("--record", typed.record, "write every tick, patch and event to a new file (docs/reference/recording.md)")
+  app.add_option("--report", typed.report, "folder for forces.csv and summary.json of the run")->type_name("DIR");
+  app.add_option("--record", typed.record, "record every tick, patch and event to a new file (docs/reference/recording.md)")
       ->type_name("FILE");
   app.add_option(
          "--workspace", typed.workspace,
-         "where each device's space lies in the scene, its scale, clutch and dead-man buttons and the weight of its tool "
-         "(docs/reference/workspace.md); default: the middle of what a real device reaches at the scene's home, scale 1; sim "
-         "and replay are in the scene's own coordinates")
+         "place of each device's workspace in the scene, its scale, clutch and dead-man buttons and the weight of its tool "
+         "(docs/reference/workspace.md); default: the middle of a real device's workspace is at the scene's home, at scale 1; "
+         "sim "
+         "and replay use the scene's own coordinates")
       ->type_name("FILE.json");
-  app.add_option("--save-workspace", typed.save_workspace, "write what is in use of that, to be edited and read by --workspace")
+  app.add_option("--save-workspace", typed.save_workspace, "write the mapping in use, to be edited and read by --workspace")
       ->type_name("FILE.json");
   app.add_option("--duration-s", typed.duration_s,
-                 "end after so many seconds, the hand holding still once its motion has ended; default: at the end of the motion")
+                 "end after this many seconds; the hand holds still once its motion has ended; default: end with the motion")
       ->check(number_from(kLeastS, kMostS));
   // for modes that work without a server
   const auto alone = [server](const std::string&) { server->required(false); };
-  app.add_flag(
-         "--list-devices", typed.list_devices,
-         "say which devices are plugged in, whether they can be used, and what is missing; exit 0: one can be used, 1: none")
+  app.add_flag("--list-devices", typed.list_devices,
+               "list the devices that are plugged in, with their nodes, whether they can be used, and what is missing; exit 0: "
+               "one can be "
+               "used, 1: none")
       ->each(alone);
   app.add_option(
          "--check-device", typed.check_device,
          "try a device without a server for --duration-s (default 10): the loop's rate and jitter, steps and noise of the "
-         "position, workspace, buttons, and, when asked for, its forces; exit 0: it serves, 1: it does not")
+         "position, workspace, buttons and, if confirmed, its forces; exit 0: it serves, 1: it does not")
       ->type_name("NAME")
       ->each(alone);
   app.add_flag(
@@ -140,9 +146,9 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
       "measure the link and this machine for --duration-s (default 10) and say whether they serve and what to set; exit 0: "
       "they do, 1: they do not");
   app.add_flag("--reset", typed.reset,
-               "have the body put back to rest and end, without a hand; exit 1: no answer within --duration-s (default 5)");
+               "reset the body to rest and end, without a hand; exit 1: no answer within --duration-s (default 5)");
   app.add_option("--realtime", typed.realtime,
-                 "auto: ask for real-time priority and locked memory, and say what was denied; off: do not ask")
+                 "auto: request real-time priority and locked memory, and report what was denied; off: request neither")
       ->type_name("auto|off")
       ->capture_default_str();
 }

@@ -64,7 +64,7 @@ int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
   }
   for (std::thread& thread : threads) thread.join();
   if (std::ranges::any_of(ends, &HandEnd::device_stuck)) {
-    complain("the device does not come back from a call: it was halted and left behind");
+    complain("a call of the device does not return: the device was halted and abandoned");
     std::_Exit(1);
   }
   for (const std::exception_ptr& fault : faults)

@@ -11,12 +11,7 @@ SchemeAsked SchemesFelt::mostly() const {
 }
 
 ClientCore::ClientCore(const ClientOptions& options, Micros now)
-    : options_(options),
-      heard_(now),
-      answered_(now),
-      next_hello_(now),
-      next_send_(now),
-      next_beat_(now),
+    : ClientSession(options.hello, now),
       ticked_(now),
       intake_(patch_slot_, options.hello.shadow_of.empty() ? PatchIntake::kFutureMax : PatchIntake::kShadowFutureMax),
       haptic_(patch_slot_, sample_ring_, options.guard, options.coupling) {}
@@ -24,17 +19,8 @@ ClientCore::ClientCore(const ClientOptions& options, Micros now)
 void ClientCore::tick(Micros now) {
   ticked_ = now;
   drain();
-  if (left_) return;
-  if (link_ == LinkState::joined && now - heard_ >= kLostAfter) {
-    join_again(now);
-    leave_due_ = true;
-  }
-  if (link_ != LinkState::joined) {
-    if (now < next_hello_) return;
-    hello_due_ = true;
-    next_hello_ = now + (link_ == LinkState::refused ? kRetryEvery : kHelloEvery);
-    return;
-  }
+  if (advance(now) == Event::ended) let_go();
+  if (!joined()) return;
   if (has_unsent() && now >= next_send_) {
     send_due_ = true;
     next_send_ = std::max(next_send_ + pace_.interval(), now);  // keeps the cadence when woken late
@@ -48,18 +34,15 @@ void ClientCore::tick(Micros now) {
 }
 
 Micros ClientCore::deadline() const {
-  const auto drain_at = ticked_ + kDrainEvery;
-  if (left_) return drain_at;
-  if (link_ != LinkState::joined) return std::min(next_hello_, drain_at);
-  const auto alive_at = std::min({next_beat_, next_report_, heard_ + kLostAfter, drain_at});
+  const Micros at = std::min(ClientSession::deadline(), ticked_ + kDrainEvery);
+  if (!joined()) return at;
+  const Micros alive_at = std::min({at, next_beat_, next_report_});
   return has_unsent() ? std::min(next_send_, alive_at) : alive_at;
 }
 
-void ClientCore::leave(Micros) {
+void ClientCore::leave() {
   let_go();
-  leave_due_ = link_ == LinkState::joined;
-  left_ = true;
-  hello_due_ = send_due_ = beat_due_ = false;
+  ClientSession::leave();
 }
 
 /// Collects the samples of the haptic thread since the last call; the intake replays patches over them.
@@ -76,9 +59,7 @@ void ClientCore::drain() {
   }
   drain_hold();
   while (recent_.size() > kKept) recent_.pop_front();
-  // Samples from before the join are obsolete; the server starts with the newest.
-  const std::size_t most = link_ == LinkState::joined ? recent_.size() : static_cast<std::size_t>(kMaxSamplesPerDatagram);
-  unsent_ = std::min({unsent_, most, recent_.size()});
+  unsent_ = std::min(unsent_, recent_.size());
 }
 
 void ClientCore::drain_hold() {
@@ -90,52 +71,58 @@ void ClientCore::drain_hold() {
 }
 
 void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
-  ++counts_.received;
-  counts_.bytes_received += bytes.size();
-  if (left_) return;
   Message message;
-  if (const auto fault = decode(bytes, message); fault != WireFault::none) return take_fault(fault);
-  const bool answers = std::holds_alternative<Welcome>(message.body) || std::holds_alternative<Refuse>(message.body);
-  if (!answers && !is_ours(message)) {
-    ++counts_.stale;
-    return;
+  const bool known = clock().locked();
+  const Micros offset = clock().offset();
+  switch (receive(bytes, message, now)) {
+    case Event::none:
+      return;
+    case Event::joined:
+      forget_server();
+      [[fallthrough]];
+    case Event::resumed:
+      return begin(message, now);
+    case Event::ended:
+      return let_go();
+    case Event::message:
+      break;
   }
-  if (!sent_.has(message.clock.echo)) {
-    ++counts_.unproven;
-    return;
-  }
-  answered_ = now;
-  if (std::holds_alternative<Welcome>(message.body)) return take_welcome(message, now);
-  if (std::holds_alternative<Refuse>(message.body)) return take_refuse(message, now);
   hear(now);
   seq_in_.take(message.seq);
   loss_in_.take(message.seq);
-  take_clock(message.clock, now);
+  // Where the server's clock steps ahead of ours, ours may have stood still.
+  const Micros step = clock().offset() - offset;
+  if (known && step > ClockSync::kStepLeast) intake_.stood_still(step);
   if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size(), now);
   if (const auto* piece = std::get_if<PatchTerms>(&message.body)) take_terms(*piece, bytes.size());
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
 }
 
-/// Processes clock stamps. Where the server's clock steps ahead of ours, ours may have stood still.
-void ClientCore::take_clock(const ClockStamps& stamps, Micros now) {
-  const bool known = clock_.locked();
-  const Micros before = clock_.offset();
-  clock_.take(stamps, now);
-  const Micros step = clock_.offset() - before;
-  if (known && step > ClockSync::kStepLeast) intake_.stood_still(step);
+/// Clears what holds for one session only.
+void ClientCore::forget_server() {
+  intake_.reset();
+  pause_.reset();
+  seq_in_.reset();
+  loss_in_.reset();
+  pace_.reset();
+  server_report_ = {};
 }
 
-void ClientCore::take_fault(WireFault fault) {
-  ++counts_.dropped[static_cast<std::size_t>(fault)];
-  if (fault != WireFault::version || link_ == LinkState::joined) return;
-  link_ = LinkState::refused;
-  refusal_ = {RefuseReason::version, "the server speaks another wire version than " + std::to_string(kWireVersion)};
+/// Starts to send. Samples from before the join are obsolete; the server starts with the newest.
+void ClientCore::begin(const Message& message, Micros now) {
+  drain();
+  unsent_ = std::min(unsent_, static_cast<std::size_t>(kMaxSamplesPerDatagram));
+  intake_.expect(welcome().rate_hz);
+  server_pace_ = {};
+  in_use_ = {};
+  hear(now);
+  next_send_ = next_beat_ = now;
+  next_report_ = now + kReportEvery;
+  seq_in_.take(message.seq);
 }
 
 /// Notes that our server was heard.
 void ClientCore::hear(Micros now) {
-  heard_ = now;
-  unproven_before_ = counts_.unproven;
   if (!vouched_) return;
   pause_.take(now);
   haptic_.server_until(now + std::clamp(2 * pause_.longest(), kServerSilenceLeast, kServerSilenceMost));
@@ -151,75 +138,6 @@ LinkReport ClientCore::link_report() const {
   loss_in_.fill(report);
   report.patch_age = std::max(Micros{}, haptic_.horizon());  // a shadow's patches may be ahead of its clock
   return report;
-}
-
-bool ClientCore::is_ours(const Message& message) const {
-  return link_ == LinkState::joined && message.instance == instance_ && message.station == station_;
-}
-
-void ClientCore::take_welcome(const Message& message, Micros now) {
-  if (link_ == LinkState::joined) {
-    // A second answer to a repeated Hello, or one from an earlier run of the server.
-    if (is_ours(message))
-      hear(now);
-    else
-      ++counts_.stale;
-    return;
-  }
-  if (message.instance != instance_ || message.station != station_) {
-    intake_.reset();
-    pause_.reset();
-    clock_ = ClockSync{};
-    seq_in_.reset();
-    loss_in_.reset();
-    pace_.reset();
-    reset_.forget();
-    server_report_ = {};
-    seq_out_ = 0;
-  }
-  drain();
-  instance_ = message.instance;
-  station_ = message.station;
-  welcome_ = std::get<Welcome>(message.body);
-  intake_.expect(welcome_.rate_hz);
-  // If the server assigned a name, the station requests that name when it joins again.
-  if (welcome_.station.empty())
-    welcome_.station = options_.hello.station;
-  else
-    options_.hello.station = welcome_.station;
-  server_pace_ = {};
-  in_use_ = {};
-  refusal_ = {};
-  link_ = LinkState::joined;
-  ++counts_.joins;
-  hello_due_ = false;
-  hear(now);
-  next_send_ = next_beat_ = now;
-  next_report_ = now + kReportEvery;
-  seq_in_.take(message.seq);
-  clock_.take(message.clock, now);
-}
-
-void ClientCore::take_refuse(const Message& message, Micros now) {
-  const auto& refusal = std::get<Refuse>(message.body);
-  const bool gone = refusal.reason == RefuseReason::unknown_station || refusal.reason == RefuseReason::shutting_down;
-  if (link_ == LinkState::joined) {
-    // A restarted server does not know us under its new instance number; every other refusal must come from ours.
-    const bool ours = message.station == station_;
-    if (ours && (gone || reset_.pending())) refusal_ = refusal;
-    if (ours && gone)
-      join_again(now);
-    else
-      ++counts_.stale;
-    return;
-  }
-  if (refusal.reason == RefuseReason::unknown_station || message.station != 0) {
-    ++counts_.stale;
-    return;
-  }
-  link_ = LinkState::refused;
-  refusal_ = refusal;
-  next_hello_ = std::max(next_hello_, now + kRetryEvery);
 }
 
 void ClientCore::take_patch(const Patch& patch, std::size_t bytes, Micros now) {
@@ -246,7 +164,6 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   if (!contact_in_reach_) pause_.interrupt();
   if (beat.renewed_from != 0) renew(beat, now);
   server_report_ = beat.link;
-  reset_.hear(beat.resets);
   in_use_ = beat.in_use;
   pace_.take(beat.link, now);
   if (!(beat.rate_hz > 0)) return;
@@ -265,15 +182,6 @@ void ClientCore::renew(const Beat& beat, Micros now) {
   haptic_.renew_to(beat.body_time);
 }
 
-void ClientCore::join_again(Micros now) {
-  let_go();
-  // The server answers another session in our name: make it forget that one.
-  leave_due_ = counts_.unproven > unproven_before_;
-  link_ = LinkState::joining;
-  next_hello_ = now;
-  send_due_ = beat_due_ = false;
-}
-
 /// Ends the force until a patch arrives.
 void ClientCore::let_go() {
   vouched_ = false;
@@ -282,26 +190,12 @@ void ClientCore::let_go() {
 }
 
 std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
-  if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
-  if (std::exchange(hello_due_, false)) return say(options_.hello, out, now);
+  if (const auto size = emit_own(out, now)) return size;
+  if (!joined()) return 0;
   if (send_due_)
     if (const auto size = emit_samples(out, now)) return size;
-  if (link_ == LinkState::joined)
-    if (const auto resets = reset_.due(now)) return say(Reset{*resets}, out, now);
   if (std::exchange(beat_due_, false)) return say(Beat{.link = link_report(), .ticks_late = haptic_.late_ticks()}, out, now);
   return 0;
-}
-
-std::size_t ClientCore::say(Payload body, std::span<std::byte> out, Micros now) {
-  const bool stranger = std::holds_alternative<Hello>(body);
-  const Message message{stranger ? 0 : instance_, stranger ? 0 : station_, seq_out_, clock_.stamp(now), std::move(body)};
-  const auto size = encode(message, out);
-  if (size == 0) return 0;
-  sent_.add(now);
-  ++seq_out_;
-  ++counts_.sent;
-  counts_.bytes_sent += size;
-  return size;
 }
 
 /// Sends the oldest unsent samples, as many as fit, after some that were sent already: a lost datagram costs nothing.
@@ -314,7 +208,7 @@ std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
     const auto first = recent_.begin() + static_cast<std::ptrdiff_t>(sent - repeat);
     unsent_ -= fresh;
     Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)},
-                    welcome_.deadband > 0 ? intake_.playing() : 0,
+                    welcome().deadband > 0 ? intake_.playing() : 0,
                     orientation_,
                     button_changes_};
     if (const auto size = say(std::move(samples), out, now)) return size;

@@ -28,10 +28,10 @@ std::string reset_body(const std::string& server, const std::string& station, co
     return status.link == LinkState::joined && !status.refusal.empty();
   };
   while (!stop && !done && !refused() && monotonic_now() - begin < longest) std::this_thread::sleep_for(kPoll);
-  const std::string refusal = client.status().refusal;
+  const ClientStatus status = client.status();
   client.stop();
   if (done) return {};
-  return refusal.empty() ? "no answer from " + server : "refused: " + refusal;
+  return status.refusal.empty() ? no_answer_text(server, status, keys.has_value()) : "refused: " + status.refusal;
 }
 
 }  // namespace palpate

@@ -171,16 +171,19 @@ DeviceFigures DeviceCheck::finish() {
 }
 
 bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop,
-                      const std::function<void(const DeviceReading&)>& say) {
+                      const std::function<void(const DeviceReading&, Micros)>& say, const std::function<Micros()>& clock) {
   std::string said;
-  for (const Micros begin = monotonic_now(); !stop; std::this_thread::sleep_for(kTick)) {
-    const DeviceReading reading = device.read(monotonic_now());
+  Micros said_at{};
+  for (const Micros begin = clock(); !stop; std::this_thread::sleep_for(kTick)) {
+    const Micros now = clock();
+    const DeviceReading reading = device.read(now);
     if (reading.ok()) return true;
     device.write(Vec3::Zero());
-    if (monotonic_now() - begin > most) return false;
-    if (reading.reason.text() == said) continue;
+    if (now - begin > most) return false;
+    if (reading.reason.text() == said && now - said_at < kRemindEvery) continue;
     said = reading.reason.text();
-    say(reading);
+    said_at = now;
+    say(reading, now - begin);
   }
   return false;
 }

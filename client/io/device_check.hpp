@@ -15,6 +15,7 @@
 
 #include "client/device/device.hpp"
 #include "client/io/haptic_loop.hpp"
+#include "common/io/monotonic.hpp"
 
 namespace palpate {
 
@@ -59,10 +60,13 @@ class DeviceCheck {
   Micros begin_{};
 };
 
-/// Waits until `device` is ok, reading it, and passes every new reason why it is not to `say`. Returns false when `stop` was set
-/// or after `most`.
+inline constexpr Micros kRemindEvery{5'000'000};
+
+/// Waits until `device` is ok, reading it, and passes every new reason why it is not to `say`, with the time waited, and the
+/// reason again every kRemindEvery. Returns false when `stop` was set or after `most`. `clock`: monotonic_now() by default.
 bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop,
-                      const std::function<void(const DeviceReading&)>& say);
+                      const std::function<void(const DeviceReading&, Micros waited)>& say,
+                      const std::function<Micros()>& clock = monotonic_now);
 
 /// Returns the figures as a table, with the histogram of lateness.
 std::string describe(const DeviceFigures& figures, const DeviceCaps& caps);

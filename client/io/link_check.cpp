@@ -88,6 +88,7 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   const ClientStatus status = client.status();
   figures.joined = status.link == LinkState::joined;
   figures.refusal = status.refusal;
+  figures.no_answer = no_answer_text(server, status, keys.has_value());
   figures.rate_hz = figures.joined ? status.welcome.rate_hz : 0;
   if (figures.joined) {
     begin = monotonic_now();
@@ -120,8 +121,7 @@ class Judge {
   LinkVerdict verdict() {
     v_.link_serves = v_.machine_serves = true;
     if (!f_.joined) {
-      no(v_.link_serves,
-         f_.refusal.empty() ? "no answer: is the server there, and do datagrams pass both ways?" : "refused: " + f_.refusal);
+      no(v_.link_serves, f_.refusal.empty() ? f_.no_answer : "refused: " + f_.refusal);
       return v_;
     }
     age();
@@ -149,7 +149,7 @@ class Judge {
       no(v_.link_serves,
          fmt::format("patches would be up to {:.0f} ms old; {:.0f} ms is the most that still helps", age_ms, kAgeMostMs));
     else if (age_ms > kAgeFeltMs)
-      say(fmt::format("patches up to {:.0f} ms old: quick motion is felt less exactly; move slowly", age_ms));
+      say(fmt::format("patches are up to {:.0f} ms old: the force of quick motion is less accurate; move slowly", age_ms));
   }
 
   void loss(const char* way, const LossFigures& loss, double pause_ms) {
@@ -182,9 +182,10 @@ class Judge {
     constexpr double kRateLeastHz = 20, kRateMostHz = 60;
     const double wanted_hz = std::clamp(std::round(2e3 / std::max(f_.rtt_p50_ms, 1.0) / 5) * 5, kRateLeastHz, kRateMostHz);
     say(f_.down.share > kNonlinearLossMost
-            ? fmt::format("the server gives scheme port here: hyper, which is truer, wants a link that loses at most {:.0f} %",
+            ? fmt::format("the server chooses scheme port on this link: hyper, which is more accurate, needs one that loses at "
+                          "most {:.0f} %",
                           100 * kNonlinearLossMost)
-            : std::string("the server gives scheme hyper here while it has the time, port else"));
+            : std::string("the server chooses scheme hyper on this link while it has the time for it, otherwise port"));
     say(fmt::format("set: palpate-client --passivity {}", f_.oldest_patch_ms() > kAgeFeltMs ? "on" : "observe"));
     if (f_.rate_hz < 0.8 * wanted_hz)
       say(fmt::format(

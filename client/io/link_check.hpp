@@ -26,8 +26,9 @@ struct LossFigures {
 
 struct LinkFigures {
   bool joined = false;
-  std::string refusal;  ///< reason, if the server gave one
-  double rate_hz = 0;   ///< frame rate of the server
+  std::string refusal;                  ///< reason, if the server gave one
+  std::string no_answer = "no answer";  ///< no_answer_text() of a server that did not answer
+  double rate_hz = 0;                   ///< frame rate of the server
   std::uint64_t round_trips = 0;
   double rtt_p50_ms = 0, rtt_p99_ms = 0;
   double spread_ms = 0;  ///< 99 % round trip minus the shortest

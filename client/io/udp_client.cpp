@@ -19,6 +19,12 @@ std::string joined_text(const ClientStatus& status) {
 
 }  // namespace
 
+std::string no_answer_text(const std::string& server, const ClientStatus& status, bool with_key) {
+  if (status.nobody_listens) return "nothing listens at " + server;
+  return "no answer from " + server +
+         (with_key ? " (a server answers only keys that it knows)" : " (do datagrams pass both ways?)");
+}
+
 UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch, const std::optional<ClientKeys>& keys,
                      NameLookup::Ask ask)
     : core_(core),
@@ -28,7 +34,7 @@ UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch
       server_(server_at(server)),
       socket_(open_udp_towards(io_, server_)),
       finder_(server, server_, ask ? std::move(ask) : server_at, monotonic_now()) {
-  socket_.non_blocking(true);
+  connect();
   if (keys) channel_.emplace(*keys, kWireVersion, system_random(), monotonic_now());
 }
 
@@ -56,7 +62,7 @@ void UdpClient::stop() {
   if (!thread_.joinable()) return;
   asio::post(io_, [this] {
     const auto now = monotonic_now();
-    core_.leave(now);
+    core_.leave();
     send_all(now);
     io_.stop();
   });
@@ -68,6 +74,12 @@ ClientStatus UdpClient::status() const {
   return status_;
 }
 
+void UdpClient::connect() {
+  asio::error_code unreachable;  // a lost network may come back
+  socket_.connect(server_, unreachable);
+  socket_.non_blocking(true);
+}
+
 void UdpClient::receive() {
   socket_.async_wait(UdpSocket::wait_read, [this, socket = sockets_](const asio::error_code& fault) {
     if (fault == asio::error::operation_aborted || socket != sockets_) return;
@@ -76,7 +88,8 @@ void UdpClient::receive() {
     while (true) {
       const auto size = socket_.receive_from(asio::buffer(in_), from, 0, none);
       if (none == asio::error::would_block || none == asio::error::try_again) break;
-      if (none) continue;  // an ICMP answer to an earlier datagram: the server is not there yet
+      if (none == asio::error::connection_refused) nobody_listens_ = true;
+      if (none) continue;
       if (from != server_) continue;
       take(std::span(in_).first(size), monotonic_now());
     }
@@ -85,15 +98,18 @@ void UdpClient::receive() {
   });
 }
 
-void UdpClient::move_to(const UdpEndpoint& server) {
+void UdpClient::move_to(const UdpEndpoint& server, Micros now) {
   server_ = server;
   socket_ = open_udp_towards(io_, server_);
-  socket_.non_blocking(true);
+  connect();
+  address_gone_ = nobody_listens_ = false;
+  opened_at_ = now;
   ++sockets_;
   receive();
 }
 
 void UdpClient::take(std::span<const std::byte> datagram, Micros now) {
+  nobody_listens_ = false;
   if (channel_) {
     const auto size = channel_->take(octets(datagram), now, octets(std::span(opened_)));
     if (size == 0) return;
@@ -118,8 +134,8 @@ void UdpClient::step() {
   if (channel_) channel_->tick(now);
   core_.tick(now);
   send_all(now);
-  const bool sent_away = core_.link() == LinkState::refused && core_.refuse_reason() == RefuseReason::shutting_down;
-  if (const auto server = finder_.move(now, core_.last_answer(), sent_away)) move_to(*server);
+  if (const auto server = finder_.move(now, core_.last_answer(), core_.sent_away())) move_to(*server, now);
+  if (address_gone_ && now - opened_at_ >= kReopenAfter) move_to(server_, now);
   note();
   wake();
 }
@@ -138,14 +154,27 @@ void UdpClient::send_all(Micros now) {
 
 void UdpClient::send(std::span<const std::byte> datagram) {
   asio::error_code fault;
-  socket_.send_to(asio::buffer(datagram.data(), datagram.size()), server_, 0, fault);
-  if (fault) ++send_failed_;
+  // The first call may report the ICMP message to an earlier datagram in place of sending this one.
+  for (int tries = 0; tries == 0 || (fault == asio::error::connection_refused && tries < 2); ++tries)
+    socket_.send_to(asio::buffer(datagram.data(), datagram.size()), server_, 0, fault);
+  if (!fault) return;
+  ++send_failed_;
+  nobody_listens_ = nobody_listens_ || fault == asio::error::connection_refused;
+  address_gone_ = address_gone_ || fault == asio::error::network_unreachable || fault == asio::error::invalid_argument;
 }
 
 void UdpClient::note() {
-  ClientStatus status{
-      core_.link(),        core_.welcome(),      core_.refusal(),     core_.refuse_reason(), core_.clock().locked(),
-      core_.clock().rtt(), core_.counts().joins, core_.server_pace(), core_.in_use(),        {}};
+  ClientStatus status{core_.link(),
+                      core_.welcome(),
+                      core_.refusal(),
+                      core_.refuse_reason(),
+                      core_.clock().locked(),
+                      core_.clock().rtt(),
+                      core_.counts().joins,
+                      core_.server_pace(),
+                      core_.in_use(),
+                      nobody_listens_,
+                      {}};
   LinkState before;
   bool changed;
   {

@@ -1,5 +1,8 @@
 // Drives a ClientCore over a UDP socket in real time, on a thread of its own.
 //
+// The socket is connected, so that the operating system reports the ICMP message "port unreachable". A connected socket keeps the
+// address of the interface that it began with: where no route leads from there, a new socket replaces it after kReopenAfter.
+//
 // The thread sleeps until a datagram arrives or until the core's deadline, at most kWake while joined, so that samples of the
 // haptic thread are sent in time. All waiting datagrams are processed before the core ticks. The clock is steady_clock, the same
 // as in the haptic loop. An unexpected error ends the thread, not the program: status() reports it, and the force ends for lack
@@ -38,8 +41,12 @@ struct ClientStatus {
   std::uint64_t joins = 0;
   ServerPace pace;
   SchemeInUse in_use;
-  std::string fault;  ///< error that ended the network thread; empty while it runs
+  bool nobody_listens = false;  ///< the server's machine reports that nothing listens at its port, and nothing came since
+  std::string fault;            ///< error that ended the network thread; empty while it runs
 };
+
+/// Says why a server at HOST:PORT may not have answered.
+std::string no_answer_text(const std::string& server, const ClientStatus& status, bool with_key);
 
 class UdpClient {
  public:
@@ -65,14 +72,15 @@ class UdpClient {
   std::uint64_t send_failed() const { return send_failed_; }
 
  private:
-  static constexpr Micros kWake{1'000};
+  static constexpr Micros kWake{1'000}, kReopenAfter{500'000};
 
   void run();
   void receive();
   void take(std::span<const std::byte> datagram, Micros now);
   void wake();
   void step();
-  void move_to(const UdpEndpoint& server);
+  void connect();
+  void move_to(const UdpEndpoint& server, Micros now);
   void send_all(Micros now);
   void send(std::span<const std::byte> datagram);
   void note();
@@ -93,7 +101,9 @@ class UdpClient {
   std::array<std::byte, kMaxSealedBytes> sealed_{};
   std::optional<ClientChannel> channel_;
   std::uint64_t send_failed_ = 0;
-  bool waiting_said_ = false;
+  bool waiting_said_ = false, nobody_listens_ = false;
+  bool address_gone_ = false;  ///< true: the interface that the socket is bound to may have another address by now
+  Micros opened_at_{};
   mutable std::mutex mutex_;  ///< guards status_; never locked by the haptic thread
   ClientStatus status_;
   std::thread thread_;

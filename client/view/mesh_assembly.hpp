@@ -16,6 +16,10 @@ class MeshAssembly {
  public:
   /// Discards everything and expects the mesh that a Welcome announced.
   void expect(std::uint32_t vertices, std::uint32_t triangles, std::uint64_t hash);
+  /// Returns true when this is the mesh that is expected.
+  bool expects(std::uint32_t vertices, std::uint32_t triangles, std::uint64_t hash) const {
+    return vertices == vertices_ && triangles == triangles_ && hash == hash_;
+  }
 
   /// Keeps a piece that fits into the expected mesh. When the last one has arrived and the hash is not the announced one, all are
   /// dropped (counted in `rejected`) and requested again.

@@ -95,7 +95,9 @@ void admit(const Options& o) {
       throw InputError("STATION", "is the key of " + o.file + " itself, the server's", "the key that the station printed");
     return text;
   });
-  print_line(o.file + ": " + line + "\nA server that runs reads it at SIGHUP: systemctl reload palpate-server, or kill -HUP PID");
+  print_line(
+      o.file + ": " + line +
+      "\nThe line was added. A running server rereads the file at SIGHUP: systemctl reload palpate-server, or kill -HUP PID");
 }
 
 void issue(const Options& o) {
@@ -113,16 +115,17 @@ void issue(const Options& o) {
 }
 
 void add_rights(CLI::App& app, Options& o) {
-  app.add_option("--role", o.roles, "what it may be: one that touches, one that looks on, both")
+  app.add_option("--role", o.roles, "roles that the station may have: a hand touches, a viewer watches")
       ->type_name("hand|viewer|hand,viewer")
       ->capture_default_str();
-  app.add_option("--room", o.rooms, "room that it may be in; again for each further one; default: any")
+  app.add_option("--room", o.rooms, "room that the station may join; repeated for further rooms; default: any")
       ->type_name("NAME")
       ->allow_extra_args(false);
-  app.add_option("--kbit-s", o.kbit_s, "most that shapes may take, for a viewer")
+  app.add_option("--kbit-s", o.kbit_s, "highest data rate of shapes for a viewer [kbit/s]")
       ->check(number_from(1, kMostKbit))
       ->capture_default_str();
-  app.add_option("--streams", o.streams, "stations and viewers with this key at the same time; of a token: sessions in all")
+  app.add_option("--streams", o.streams,
+                 "number of stations and viewers with this key at the same time; for a token: number of sessions in total")
       ->check(number_from(1, kMostStreams));
 }
 
@@ -138,39 +141,42 @@ void add_operand(CLI::App& command, const char* name, std::string& value, const 
 }
 
 void add_commands(CLI::App& app, Options& o) {
-  CLI::App* command = add_command(app, "new", "a key, into a file that nobody else may read; prints the public half");
-  add_operand(*command, "FILE", o.file, "that is not there yet");
-  command->add_option("--trust", o.server, "the server that this station believes, as `trust` would say it")->type_name("PUBLIC");
-  command->add_flag("--issuer", o.issuer, "of one who signs tokens");
+  CLI::App* command =
+      add_command(app, "new", "write a new key to a file that only its owner can read, and print the public half");
+  add_operand(*command, "FILE", o.file, "key file, which must not exist yet");
+  command->add_option("--trust", o.server, "public key of the server that this station trusts, as `trust` would add it")
+      ->type_name("PUBLIC");
+  command->add_flag("--issuer", o.issuer, "make the key of an issuer, which signs tokens");
   command->callback([&o] { make_new(o); });
 
-  command = add_command(app, "trust", "say in a station's key file which server it believes");
-  add_operand(*command, "FILE", o.file, "of the station");
+  command = add_command(app, "trust", "add to a station's key file the server that it trusts");
+  add_operand(*command, "FILE", o.file, "key file of the station");
   add_operand(*command, "SERVER", o.server, "public key of the server");
   command->callback([&o] { trust(o); });
 
-  command = add_command(app, "admit", "let a station in: a line more in a server's key file (then SIGHUP to the server)");
-  add_operand(*command, "FILE", o.file, "of the server");
+  command =
+      add_command(app, "admit", "admit a station: add a line to a server's key file (a running server rereads it at SIGHUP)");
+  add_operand(*command, "FILE", o.file, "key file of the server");
   add_operand(*command, "STATION", o.station, "public key of the station");
-  add_operand(*command, "NAME", o.name, "of the station in the room, for example \"OR 3\"");
+  add_operand(*command, "NAME", o.name, "name of the station in the room, for example \"OR 3\"");
   add_rights(*command, o);
   command->callback([&o] { admit(o); });
 
   command = add_command(app, "show", "print the public half of a key file");
-  add_operand(*command, "FILE", o.file, "of anybody");
+  add_operand(*command, "FILE", o.file, "any key file");
   command->callback([&o] { show(o); });
 
-  command = add_command(app, "issue", "sign a token, by which one station may join one server once; prints it");
+  command = add_command(app, "issue", "sign and print a token, by which one station may join one server once");
   command->add_option("--issuer", o.issuer_file, "key file of the issuer, whose public half is in the server's")
       ->type_name("FILE")
       ->required();
   command->add_option("--server", o.server, "public key of the server")->type_name("PUBLIC")->required();
   command->add_option("--station", o.station, "public key of the station")->type_name("PUBLIC")->required();
-  command->add_option("--name", o.name, "of the station in the room")->type_name("NAME")->required();
-  command->add_option("--join-within-s", o.join_within_s, "from now, seconds")
+  command->add_option("--name", o.name, "name of the station in the room")->type_name("NAME")->required();
+  command->add_option("--join-within-s", o.join_within_s, "time from now within which the station must join [s]")
       ->check(number_from(1, kLongestSession))
       ->capture_default_str();
-  command->add_option("--session-s", o.session_s, "that it may stay, seconds")
+  command->add_option("--session-s", o.session_s, "longest duration of the session [s]")
       ->check(number_from(1, kLongestSession))
       ->capture_default_str();
   add_rights(*command, o);
@@ -183,7 +189,7 @@ void add_commands(CLI::App& app, Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("keys of servers and stations, and tokens that let a station in", "palpate-key");
+  CLI::App app("keys of servers and stations, and tokens that admit a station", "palpate-key");
   describe_program(app, PALPATE_VERSION,
                    "palpate-key new site.keys\n"
                    "  palpate-key new or3.key --trust SERVER\n"

@@ -23,9 +23,11 @@ void describe_flags(CLI::App& app, Options& o) {
   const auto add = [&](const char* flag, auto& value, const char* type, const char* text) {
     return app.add_option(flag, value, text)->type_name(type);
   };
-  add("--listen", o.listen, "HOST:PORT", "where clients reach the relay, port 0 for any")->required();
-  add("--to", o.to, "HOST:PORT", "where the server listens")->required();
-  add("--rtt-ms", o.rtt_ms, "N", "round trip, half of it each way")->required()->check(number_from<double>(0, 60'000));
+  add("--listen", o.listen, "HOST:PORT", "address at which clients reach the relay; port 0 chooses a free port")->required();
+  add("--to", o.to, "HOST:PORT", "address at which the server listens")->required();
+  add("--rtt-ms", o.rtt_ms, "N", "round trip that the relay adds, half of it each way")
+      ->required()
+      ->check(number_from<double>(0, 60'000));
   add("--jitter-ms", o.jitter_ms, "N", "each way's delay is drawn evenly within +- this, in the order sent")
       ->check(number_from<double>(0, 60'000));
   add("--loss-pct", o.loss_pct, "N", "datagrams lost, each way")->check(number_from<double>(0, 100));
@@ -33,7 +35,7 @@ void describe_flags(CLI::App& app, Options& o) {
   add("--duplicate-pct", o.duplicate_pct, "N", "datagrams that arrive twice, each way")->check(number_from<double>(0, 100));
   add("--reorder-pct", o.reorder_pct, "N", "datagrams that others may overtake, each way")->check(number_from<double>(0, 100));
   add("--kbit-s", o.kbit_s, "N", "bandwidth of each client, each way, 0: unlimited")->check(number_from<double>(0, 1e9));
-  add("--seed", o.seed, "N", "of everything random")->check(whole_number());
+  add("--seed", o.seed, "N", "seed of all random numbers")->check(whole_number());
 }
 
 LinkSpec link_of(const Options& o) {

@@ -235,6 +235,7 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
   m.rate_hz = table.rate_hz();
   m.real_time_factor = table.real_time_factor();
   m.asleep = table.asleep();
+  m.starved = table.starved();
   MessageValidator sense;
   sense.number(m.rate_hz, 0, kMaxRateHz);
   sense.number(m.real_time_factor, 0, 1e9);

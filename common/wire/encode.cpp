@@ -148,7 +148,7 @@ class BodyWriter {
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
     return done(wire::Payload::RoomView,
                 wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
-                                     packer_.number(m.real_time_factor), stations, m.asleep));
+                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved));
   }
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);

@@ -172,7 +172,8 @@ struct RoomView {
   double rate_hz = 0;           ///< number of those frames
   double real_time_factor = 0;  ///< body time simulated per computing time
   std::vector<StationView> stations;
-  bool asleep = false;  ///< true: the body rests and is not stepped
+  bool asleep = false;   ///< true: the body rests and is not stepped
+  bool starved = false;  ///< true: other load on the server's machine leaves the frames too little of a core
 };
 
 /// Client -> server: reset the body to rest. A request with another count than the server's refers to an earlier reset and is
@@ -185,8 +186,8 @@ using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat
                              Tools, PatchTerms, ViewState, RoomView, Reset>;
 
 struct Message {
-  std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; 0 in a Hello
-  StationId station = 0;       ///< assigned by the server; 0 in a Hello
+  std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; in a Hello: of the former session, or 0
+  StationId station = 0;       ///< assigned by the server; in a Hello: of the former session, or 0
   std::uint32_t seq = 0;       ///< per direction and station, incremented with every datagram
   ClockStamps clock;
   Payload body;

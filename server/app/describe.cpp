@@ -23,10 +23,10 @@ bool hangs_by_few(std::size_t held, std::size_t nodes) {
 
 /// Suggests a setting that fixes the lowest tenth of the body.
 std::string advice(const LumpedBody& body) {
-  if (body.planar) return "\"fixed_faces\" in body.lattice holds a side, for example [\"x-\"]";
+  if (body.planar) return "\"fixed_faces\" in body.lattice fixes a side, for example [\"x-\"]";
   const auto [low, high] =
       std::minmax_element(body.nodes.begin(), body.nodes.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
-  return fmt::format("\"fixed_below_z_m\": {:.3f} beside \"density_kg_m3\" holds the lowest tenth",
+  return fmt::format("\"fixed_below_z_m\": {:.3f} next to \"density_kg_m3\" fixes the lowest tenth",
                      low->z() + 0.1 * (high->z() - low->z()));
 }
 
@@ -66,46 +66,48 @@ std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<in
   return line + fmt::format("   keeps up with {}", most);
 }
 
-/// Cost at the most expensive of several places; empty if the cost of one of them is unknown.
-std::optional<FrameCost> worst_cost(const Scene& scene, const SurfaceStiffness& home, double rate_hz) {
+/// Costs at several places, the least expensive first; empty if the cost of one of them is unknown.
+std::vector<FrameCost> costs_of(const Scene& scene, const SurfaceStiffness& home, double rate_hz) {
   constexpr std::size_t kPlaces = 3;
   std::vector<SurfaceStiffness> places;
   if (scene.tool.contact == ContactKind::touch) places = finger_stiffnesses(scene, touch_places(scene.body, home.place, kPlaces));
   if (places.empty()) places.push_back(home);
-  std::optional<FrameCost> worst;
+  std::vector<FrameCost> costs;
   for (const SurfaceStiffness& place : places) {
     const std::optional<FrameCost> cost = frame_cost(scene, place, rate_hz);
-    if (!cost) return std::nullopt;
-    if (!worst || cost->ms(Scheme::hyper, 1) > worst->ms(Scheme::hyper, 1)) worst = cost;
+    if (!cost) return {};
+    costs.push_back(*cost);
   }
-  return worst;
+  std::sort(costs.begin(), costs.end(),
+            [](const auto& a, const auto& b) { return a.ms(Scheme::hyper, 1) < b.ms(Scheme::hyper, 1); });
+  return costs;
 }
 
-void add_costs(const Scene& scene, const SurfaceStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
-  const std::optional<FrameCost> cost = worst_cost(scene, finger, rate_hz);
-  if (!cost) {
-    lines.push_back("a frame    not measured (palpate-lab load does it)");
+void add_costs(const Scene& scene, const std::vector<FrameCost>& costs, double rate_hz, std::vector<std::string>& lines) {
+  if (costs.empty()) {
+    lines.push_back("a frame    was not measured (palpate-lab load measures it)");
     return;
   }
   const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};
-  lines.push_back(fmt::format("a frame    lasts {:.0f} ms and takes, about, where it takes longest, with", 1e3 / rate_hz));
+  lines.push_back(fmt::format("a frame    lasts {:.0f} ms; at the most expensive place it takes about, with", 1e3 / rate_hz));
   std::string columns(10, ' ');
   for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
   lines.push_back(columns);
-  for (const Scheme scheme : {Scheme::port, Scheme::hyper}) lines.push_back(cost_line(*cost, scheme, stations, 1e3 / rate_hz));
+  for (const Scheme scheme : {Scheme::port, Scheme::hyper})
+    lines.push_back(cost_line(costs.back(), scheme, stations, 1e3 / rate_hz));
 }
 
 }  // namespace
 
-std::vector<std::string> describe(const Scene& scene, double rate_hz) {
+Description describe(const Scene& scene, double rate_hz) {
   const LumpedBody& body = scene.body;
   const auto held = static_cast<std::size_t>(std::count_if(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; }));
   const double mass_kg = std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0);
-  std::vector<std::string> lines{fmt::format("body       {:.3g} kg, {} of {} nodes held", mass_kg, held, body.nodes.size())};
+  std::vector<std::string> lines{fmt::format("body       {:.3g} kg, {} of {} nodes fixed", mass_kg, held, body.nodes.size())};
   if (hangs_by_few(held, body.nodes.size()))
     lines.push_back(fmt::format(
         "warning: {}; {}",
-        held == 0 ? "no node is held, a tool pushes the body away" : "hardly a node is held, the body flops under a tool",
+        held == 0 ? "no node is fixed: a tool pushes the body away" : "too few nodes are fixed: the body swings under a tool",
         advice(body)));
   constexpr double kLeftOutSaid = 0.03;
   if (std::abs(body.left_out_share) > kLeftOutSaid)
@@ -118,10 +120,11 @@ std::vector<std::string> describe(const Scene& scene, double rate_hz) {
   constexpr std::size_t kSolvedMost = 20'000;  // nodes of a body whose stiffness can be solved for within about a second
   const bool small = body.nodes.size() <= kSolvedMost;
   const std::optional<SurfaceStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
-  if (!finger) return lines;
+  if (!finger) return {lines, {}};
   lines.push_back(touch_line(scene, *finger));
-  add_costs(scene, *finger, rate_hz, lines);
-  return lines;
+  const std::vector<FrameCost> costs = costs_of(scene, *finger, rate_hz);
+  add_costs(scene, costs, rate_hz, lines);
+  return {lines, costs.empty() ? std::nullopt : std::optional(costs.front())};
 }
 
 }  // namespace palpate

@@ -44,7 +44,7 @@ std::vector<NamedScene> load_scenes(const ServerFlags& o) {
 void describe_scenes(const ServerFlags& o) {
   for (const NamedScene& room : load_scenes(o)) {
     fmt::print("scene      \"{}\"\n", room.name);
-    for (const std::string& line : describe(room.scene, o.rate_hz)) fmt::print("{}\n", line);
+    for (const std::string& line : describe(room.scene, o.rate_hz).lines) fmt::print("{}\n", line);
   }
 }
 

@@ -30,7 +30,7 @@ constexpr char kProgram[] = "palpate-server";
 Micros unix_now() { return std::chrono::duration_cast<Micros>(std::chrono::system_clock::now().time_since_epoch()); }
 
 ServerEvent lines_left_out(std::uint64_t lines) {
-  return {"left_out", fmt::format("{} lines are left out here: nobody read this log", lines), {}, EventLevel::warning};
+  return {"left_out", fmt::format("{} lines were dropped here, because nobody read this log", lines), {}, EventLevel::warning};
 }
 
 /// Exits at once on a signal while scenes load, which may take long: nothing has to be shut down in order yet.
@@ -46,7 +46,7 @@ bool is_loopback(const asio::ip::address& address) {
 /// Refuses to listen beyond this machine without keys, unless --insecure is given.
 void check_reach(const ServerFlags& flags) {
   if (flags.has_keys || flags.insecure || is_loopback(resolve_udp("--listen", flags.listen).address())) return;
-  throw InputError("--listen " + flags.listen, "would let in whoever reaches the port",
+  throw InputError("--listen " + flags.listen, "would admit anyone who reaches the port",
                    "--keys FILE (palpate-key new FILE makes one), or --insecure");
 }
 
@@ -104,12 +104,12 @@ class Serving {
   void say_metrics() {
     say("metrics", "metrics at http://" + metrics_->address() + "/metrics");
     if (!is_loopback(resolve_udp("--metrics", flags_.metrics).address()))
-      say("metrics", "warning: --metrics: whoever reaches that address may read them, and keep others from it",
+      say("metrics", "warning: --metrics: anyone who reaches that address may read the metrics and block other readers",
           EventLevel::warning);
   }
 
   void say_keys() {
-    say("keys", fmt::format("public key {}; {} stations and {} issuers are let in", to_text(public_of(keys_->self)),
+    say("keys", fmt::format("public key {}; {} stations and {} issuers are admitted", to_text(public_of(keys_->self)),
                             keys_->stations.size(), keys_->issuers.size()));
   }
 
@@ -119,16 +119,18 @@ class Serving {
       if (fault) return;
       try {
         if (keys_) shell_->change_keys(read_site(flags_.keys));
-        say("keys", keys_ ? "keys read again from " + flags_.keys : "nothing to read again: this server has no --keys");
+        say("keys", keys_ ? "the keys were read again from " + flags_.keys : "SIGHUP has no effect: this server has no --keys");
       } catch (const InputError& wrong) {
-        say("keys_wrong", std::string("keys stay as they were: ") + wrong.what(), EventLevel::error);
+        say("keys_wrong", std::string("the keys are unchanged: ") + wrong.what(), EventLevel::error);
       }
       await_hang_up();
     });
   }
 
   void warn_insecure() {
-    say("insecure", "warning: --insecure: whoever reaches this port may touch, read and take over; --keys FILE ends that",
+    say("insecure",
+        "warning: --insecure: anyone who reaches this port may touch the body, read the data and take over stations; --keys FILE "
+        "prevents that",
         EventLevel::warning);
     insecure_->expires_after(kInsecureEvery);
     insecure_->async_wait([this](const asio::error_code& fault) {
@@ -141,7 +143,7 @@ class Serving {
       if (fault) return;
       await_signal();
       if (signal == SIGTERM && flags_.drain_s > 0 && !shell_->draining()) return drain();
-      say("stopping", "ending");
+      say("stopping", "the server is stopping");
       service_.stopping("ending", {});
       shell_->stop();
     });
@@ -149,7 +151,8 @@ class Serving {
 
   void drain() {
     say("draining",
-        fmt::format("nobody is let in any more; ending when no hand is left, in {:g} s at the latest", flags_.drain_s));
+        fmt::format("new sessions are refused; the server exits when the last hand leaves, after {:g} s at the latest",
+                    flags_.drain_s));
     service_.stopping("draining", from_seconds(flags_.drain_s));
     shell_->drain(from_seconds(flags_.drain_s));
   }
@@ -170,7 +173,9 @@ class Serving {
                       room.scene.body.elements.size() + room.scene.body.tetrahedra.size() + room.scene.body.hexahedra.size(),
                       to_string(shell_->address()), flags_.rate_hz));
       say("room", fmt::format("{}integrator {}", as, shell_->integrator(k)));
-      for (const std::string& line : describe(room.scene, flags_.rate_hz)) say("room", as + line);
+      const Description description = describe(room.scene, flags_.rate_hz);
+      for (const std::string& line : description.lines) say("room", as + line);
+      if (description.least_cost) shell_->expect_costs(k, *description.least_cost);
     }
   }
 

@@ -30,6 +30,8 @@ class FrameBudget {
   static constexpr int kTurnEvery = 20, kMayTouch = 4;
   explicit FrameBudget(double rate_hz) : frame_s_(1 / rate_hz) {}
 
+  /// Sets the costs that hold until frames have been measured.
+  void expect(const FrameCosts::Expected& costs) { costs_.expect(costs); }
   /// Chooses for the frame that is about to be made: sets Station::in_use and `served` of all stations, and rollouts().
   void choose(Stations& stations, Micros now);
   bool rollouts() const { return rollouts_.taken(); }

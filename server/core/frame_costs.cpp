@@ -15,7 +15,18 @@ void FrameCosts::Mean::take(double sample_s) {
     mean_s += (std::min(sample, 4 * mean_s) - mean_s) / 8;
 }
 
-void FrameCosts::Mean::forget(Micros passed) { mean_s *= std::exp2(-seconds(passed) / seconds(kForgotten)); }
+void FrameCosts::Mean::forget(Micros passed) {
+  const double kept = std::exp2(-seconds(passed) / seconds(kForgotten));
+  mean_s *= kept;
+  expected_s *= kept;
+}
+
+void FrameCosts::expect(const Expected& costs) {
+  step_.expected_s = seconds(costs.step);
+  linear_.expected_s = seconds(costs.linear);
+  nonlinear_.expected_s = seconds(costs.nonlinear);
+  rollouts_.expected_s = seconds(costs.rollouts);
+}
 
 void FrameCosts::take_step(Micros took) { step_.take(seconds(took)); }
 

@@ -33,6 +33,7 @@ struct Handshake {
   Micros at{};
   ClockStamps began_clock{};  ///< clock stamps of the first of the identical Hellos
   Micros began{};             ///< arrival of that Hello: the first exchange may span a step of our clock
+  StationId former = 0;       ///< station of the same client at another address; 0: none
 };
 
 class Handshakes {

@@ -76,6 +76,10 @@ class ServerCore {
     frames_.detail().on_scheme = std::move(listener);
   }
 
+  /// Sets the costs of frames that hold until frames have been measured.
+  void expect_costs(const FrameCosts::Expected& costs) { frames_.detail().expect(costs); }
+  /// Sets whether the machine gives the room too little of a core, as reported to viewers.
+  void set_starved(bool starved) { views_.set_starved(starved); }
   /// Sets a listener for tools that were released because their cost was far above that of a hand.
   void on_let_go(std::function<void(const Station&)> listener) { on_let_go_ = std::move(listener); }
 

@@ -68,10 +68,14 @@ Station* Sessions::take(WireFault fault, const Message& message, std::size_t siz
   return nullptr;
 }
 
-const Station* Sessions::find(const Message& message, PeerId from) const {
+const Station* Sessions::of_session(const Message& message) const {
   const auto known = stations_.find(message.station);
-  const bool is_its = known != stations_.end() && known->second.peer == from && known->second.secret == message.instance;
-  return is_its ? &known->second : nullptr;
+  return known != stations_.end() && known->second.secret == message.instance ? &known->second : nullptr;
+}
+
+const Station* Sessions::find(const Message& message, PeerId from) const {
+  const Station* const station = of_session(message);
+  return station && station->peer == from ? station : nullptr;
 }
 
 bool Sessions::knows(const Message& message, PeerId from, Micros now) const {
@@ -89,17 +93,19 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
     return answer(message, {seated->secret, seated->id, seated->seq_out++, {}, welcome_for(seated->hello)}, from, size, now);
   Handshake* handshake = handshakes_.begun(from, hello, now);
   if (!handshake) {
-    if (has_to_wait(hello, from, now)) return;
+    const Asker asker{from, of_session(message)};
+    if (has_to_wait(hello, asker, now)) return;
     const std::string asked = hello.station;
-    if (hello.alike) hello.station = free_name(asked, from, now);
-    if (const auto no = objection(hello, from, now)) {
+    if (hello.alike) hello.station = free_name(asked, asker, now);
+    if (const auto no = objection(hello, asker, now)) {
       if (now - refusal_told_ >= kRefusalTold) {
         refusal_told_ = now;
         tell(RecordedEventKind::refused, 0, hello, no->message, now);
       }
       return refuse(message, from, *no, size, now);
     }
-    handshake = &handshakes_.begin({new_id(), draw_(), from, hello, asked, now, message.clock, now});
+    handshake =
+        &handshakes_.begin({new_id(), draw_(), from, hello, asked, now, message.clock, now, asker.former ? asker.former->id : 0});
   }
   handshake->at = now;
   answer(message, {handshake->secret, handshake->id, 0, {}, welcome_for(handshake->hello)}, from, size, now);
@@ -107,13 +113,12 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
 
 /// Returns nullptr if other stations were quicker.
 Station* Sessions::admit(Handshake& handshake, Micros now) {
-  if (objection(handshake.hello, handshake.peer, now)) return nullptr;
-  if (const Station* const old = stations_.named(handshake.hello.station)) {
-    ++counts_.replaced;
-    const bool by_successor = is_successor(*old, handshake.peer);
-    tell(RecordedEventKind::silent, *old, by_successor ? "its successor takes its name" : "another takes its name", now);
-    stations_.erase(old->id);
-  }
+  const auto former = stations_.find(handshake.former);
+  const Asker asker{handshake.peer, former != stations_.end() ? &former->second : nullptr};
+  if (objection(handshake.hello, asker, now)) return nullptr;
+  if (asker.former) replace(*asker.former, "it continues from another address", now);
+  if (const Station* const old = stations_.named(handshake.hello.station))
+    replace(*old, is_successor(*old, handshake.peer) ? "its successor takes its name" : "another takes its name", now);
   assert(stations_.size() < static_cast<std::size_t>(kMaxStations));
   ++counts_.joins;
   Station& fresh = stations_[handshake.id];
@@ -126,6 +131,12 @@ Station* Sessions::admit(Handshake& handshake, Micros now) {
   fresh.next_report = now + kLinkReportEvery;
   tell(RecordedEventKind::joined, fresh, "", now);
   return &fresh;
+}
+
+void Sessions::replace(const Station& old, const std::string& why, Micros now) {
+  ++counts_.replaced;
+  tell(RecordedEventKind::silent, old, why, now);
+  stations_.erase(old.id);
 }
 
 StationId Sessions::new_id() {
@@ -142,7 +153,7 @@ Welcome Sessions::welcome_for(const Hello& hello) const {
 }
 
 /// Returns the reason why this Hello cannot be granted; empty if it can.
-std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micros now) const {
+std::optional<Refuse> Sessions::objection(const Hello& hello, const Asker& asker, Micros now) const {
   using enum RefuseReason;
   if (!ended_.empty()) return Refuse{bad_request, ended_};
   if (!draining_.empty()) return Refuse{shutting_down, draining_};
@@ -150,8 +161,9 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micro
   if (!hello.room.empty() && hello.room != room_)
     return Refuse{bad_request,
                   "no room \"" + hello.room + "\" here; " + (rooms_.empty() ? "the rooms have no names" : "there is " + rooms_)};
-  const Station* const in_place_of = stations_.named(hello.station);
-  if (in_place_of && !gives_way(*in_place_of, from, now))
+  const Station* const holder = stations_.named(hello.station);
+  const Station* const in_place_of = asker.former ? asker.former : holder;
+  if (holder && !gives_way(*holder, asker, now))
     return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
   if (const auto full = lack_of_seats(hello, in_place_of)) return full;
   if (hello.role == Role::viewer) return std::nullopt;
@@ -177,9 +189,10 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, PeerId from, Micro
 bool Sessions::is_successor(const Station& holder, PeerId from) const { return succeeds && succeeds(from, holder.peer); }
 
 /// Returns true if the holder has to give its name to this sender.
-bool Sessions::gives_way(const Station& holder, PeerId from, Micros now) const {
+bool Sessions::gives_way(const Station& holder, const Asker& asker, Micros now) const {
   const Micros silent = now - holder.heard;
-  if (holder.peer == from || silent > kSilentAfter) return true;
+  const PeerId from = asker.peer;
+  if (&holder == asker.former || holder.peer == from || silent > kSilentAfter) return true;
   if (!is_successor(holder, from)) return false;
   const Station::Claim& claim = holder.claim;
   const bool in_vain = claim.by == from && now - claim.since >= holder.clock.rtt().min + kSuccessorProof;
@@ -187,9 +200,10 @@ bool Sessions::gives_way(const Station& holder, PeerId from, Micros now) const {
 }
 
 /// Returns true while a successor has to wait for evidence whether the holder lives.
-bool Sessions::has_to_wait(const Hello& hello, PeerId from, Micros now) {
+bool Sessions::has_to_wait(const Hello& hello, const Asker& asker, Micros now) {
   Station* const holder = stations_.named(hello.station);
-  if (!holder || gives_way(*holder, from, now) || !is_successor(*holder, from)) return false;
+  const PeerId from = asker.peer;
+  if (!holder || gives_way(*holder, asker, now) || !is_successor(*holder, from)) return false;
   Station::Claim& claim = holder->claim;
   if (claim.by > from) return false;  // a newer one asks as well
   if (claim.by < from) claim = {from, now};
@@ -228,11 +242,13 @@ Station* Sessions::take_from(Station& station, const Message& message, Micros no
   return nullptr;
 }
 
-/// Queues an answer to a sender that is not, or no longer, in the room; it carries the sender's instance number, not ours.
+/// Queues an answer to a sender that is not, or no longer, in the room; it carries the sender's instance number, not ours, and
+/// none in answer to a Hello, so that nobody takes it for the end of a session.
 void Sessions::refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now) {
   ++counts_.refusals;
   ++counts_.refused[static_cast<std::size_t>(refusal.reason)];
-  answer(question, {question.instance, question.station, 0, {}, refusal}, to, limit, now);
+  const bool asks = std::holds_alternative<Hello>(question.body);
+  answer(question, {asks ? 0 : question.instance, asks ? 0 : question.station, 0, {}, refusal}, to, limit, now);
 }
 
 void Sessions::answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now) {
@@ -318,11 +334,11 @@ Station* Sessions::asked_before(const Hello& hello, PeerId from) {
   return nullptr;
 }
 
-/// Returns `like` if it is free or its holder gives way to a successor, else the first free one of "like-2", "like-3" ...
-std::string Sessions::free_name(const std::string& like, PeerId from, Micros now) const {
+/// Returns `like` if it is free or its holder gives way to the same client, else the first free one of "like-2", "like-3" ...
+std::string Sessions::free_name(const std::string& like, const Asker& asker, Micros now) const {
   std::string name = like;
-  if (const Station* const holder = stations_.named(like); holder && is_successor(*holder, from) && gives_way(*holder, from, now))
-    return name;
+  const Station* const holder = stations_.named(like);
+  if (holder && (holder == asker.former || is_successor(*holder, asker.peer)) && gives_way(*holder, asker, now)) return name;
   for (int number = 2; stations_.named(name) != nullptr; ++number) {
     const std::string suffix = "-" + std::to_string(number);
     name = std::string(cut_text(without_number(like), static_cast<std::size_t>(kMaxNameBytes) - suffix.size())) + suffix;

@@ -8,6 +8,10 @@
 // Datagrams with another secret, number or sender change nothing: an attacker that does not see a station's datagrams can neither
 // end its session nor send in its name, except by guessing 64 bits.
 //
+// A client whose address changed (a NAT binding was renewed, another network) is refused as unknown and asks again. Its Hello
+// carries the number and secret of its former session, so the new session takes the name, seat and node of the former one, which
+// ends in the moment in which the new address is proven: a client never has two tools in the body.
+//
 // A successor is a newer session with the holder's own key (succeeds(); without keys there is none), as of a program that crashed
 // and was restarted. It gets the name once nothing of the holder has come for kSuccessorAfter, or once it has asked for a round
 // trip of the holder (the least one, as late datagrams raise the mean) plus kSuccessorProof and the holder has echoed nothing
@@ -101,22 +105,31 @@ class Sessions {
     Micros at{};
   };
 
+  /// Sender of a Hello. `former`: its session at another address, nullptr if there is none.
+  struct Asker {
+    PeerId peer = 0;
+    const Station* former = nullptr;
+  };
+
   void take_hello(const Message& message, PeerId from, std::size_t size, Micros now);
   Station* take_from(Station& station, const Message& message, Micros now);
+  /// Station with the number and the secret of this message, at whatever address.
+  const Station* of_session(const Message& message) const;
   const Station* find(const Message& message, PeerId from) const;
   Station* find(const Message& message, PeerId from) { return const_cast<Station*>(std::as_const(*this).find(message, from)); }
   Station* admit(Handshake& handshake, Micros now);
   StationId new_id();
   Welcome welcome_for(const Hello& hello) const;
-  std::optional<Refuse> objection(const Hello& hello, PeerId from, Micros now) const;
+  void replace(const Station& old, const std::string& why, Micros now);
+  std::optional<Refuse> objection(const Hello& hello, const Asker& asker, Micros now) const;
   bool is_successor(const Station& holder, PeerId from) const;
-  bool gives_way(const Station& holder, PeerId from, Micros now) const;
-  bool has_to_wait(const Hello& hello, PeerId from, Micros now);
+  bool gives_way(const Station& holder, const Asker& asker, Micros now) const;
+  bool has_to_wait(const Hello& hello, const Asker& asker, Micros now);
   std::optional<Refuse> lack_of_seats(const Hello& hello, const Station* in_place_of) const;
   void answer(const Message& question, Message answer, PeerId to, std::size_t limit, Micros now);
   void say_goodbye(const Station& station, const Refuse& why, Micros now);
   Station* asked_before(const Hello& hello, PeerId from);
-  std::string free_name(const std::string& like, PeerId from, Micros now) const;
+  std::string free_name(const std::string& like, const Asker& asker, Micros now) const;
   void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
 
   Welcome welcome_;  ///< without the station's name, and without a deadband where it gets none

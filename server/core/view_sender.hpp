@@ -25,6 +25,7 @@ class ViewSender {
   /// Writes the next datagram for a viewer; returns its bytes, 0 if there is none.
   std::size_t emit(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now);
   const RoomInfo& facts() const { return facts_; }
+  void set_starved(bool starved) { starved_ = starved; }
 
  private:
   std::size_t emit_shape(const Stations& stations, Station& viewer, std::span<std::byte> out, Micros now);
@@ -35,6 +36,7 @@ class ViewSender {
   RoomInfo facts_;
   ShapeStream shapes_;
   BodyNow body_;  ///< after the last frame
+  bool starved_ = false;
 };
 
 }  // namespace palpate

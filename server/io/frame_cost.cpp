@@ -45,6 +45,11 @@ class Trial {
         place_(place),
         depth_m_(depth_for(scene.body)),
         frame_(from_seconds(1 / rate_hz)) {
+    room_.listen([this](BuildPhase phase) {
+      const double now = now_ms();
+      if (std::exchange(in_rollouts_, phase == BuildPhase::rollouts)) rollouts_ms_ += now - phase_began_ms_;
+      phase_began_ms_ = now;
+    });
     room_.start(job_.target);
     job_.frame = frame_;
   }
@@ -55,6 +60,7 @@ class Trial {
   struct Times {
     double step_ms;
     std::optional<double> patch_ms;  ///< empty without a patch
+    double rollouts_ms = 0;
   };
   /// Runs a frame; empty if the step found no solution.
   std::optional<Times> frame(Scheme scheme) {
@@ -63,10 +69,11 @@ class Trial {
     FrameResult result = room_.simulate(job);
     if (result.failed) return std::nullopt;
     const double stepped = now_ms();
+    rollouts_ms_ = 0;
     room_.build_patches(job, result);
     const double built = now_ms();
     const bool patch = result.stations.front().patch.has_value();
-    return Times{stepped - begin, patch ? std::optional(built - stepped) : std::nullopt};
+    return Times{stepped - begin, patch ? std::optional(built - stepped) : std::nullopt, rollouts_ms_};
   }
 
  private:
@@ -90,6 +97,8 @@ class Trial {
   double depth_m_;
   Micros frame_;
   FrameJob job_;
+  bool in_rollouts_ = false;
+  double phase_began_ms_ = 0, rollouts_ms_ = 0;
 };
 
 double mean(const std::vector<double>& values) {
@@ -103,16 +112,21 @@ std::optional<FrameCost> frame_cost(const Scene& scene, const SurfaceStiffness& 
   if (scene.body.nodes.size() > kNodesMost) return std::nullopt;
   Trial trial(scene, place, rate_hz, stopwatch);
   trial.go_in();
-  std::vector<double> steps, port, hyper;
-  for (const Micros begin = monotonic_now(); hyper.size() < kFramesMost && monotonic_now() - begin < kLongest;)
+  std::vector<double> steps, port, hyper, rollouts;
+  const Micros begin = monotonic_now(), used = processor_now();
+  while (hyper.size() < kFramesMost && monotonic_now() - begin < kLongest)
     for (const Scheme scheme : {Scheme::port, Scheme::hyper}) {
       const auto times = trial.frame(scheme);
       if (!times) return std::nullopt;
       steps.push_back(times->step_ms);
-      if (times->patch_ms) (scheme == Scheme::hyper ? hyper : port).push_back(*times->patch_ms);
+      if (!times->patch_ms) continue;
+      (scheme == Scheme::hyper ? hyper : port).push_back(*times->patch_ms);
+      if (scheme == Scheme::hyper) rollouts.push_back(times->rollouts_ms);
     }
   if (hyper.empty() || port.empty()) return std::nullopt;
-  return FrameCost{mean(steps), mean(port), mean(hyper)};
+  constexpr double kShareLeast = 0.01;
+  const double share = seconds(processor_now() - used) / seconds(std::max(monotonic_now() - begin, Micros{1}));
+  return FrameCost{mean(steps), mean(port), mean(hyper), mean(rollouts), std::clamp(share, kShareLeast, 1.0)};
 }
 
 }  // namespace palpate

@@ -1,7 +1,7 @@
 // Cost of a room's frames on this machine, measured before any station joins. A simulated hand in virtual time presses into the
 // body and oscillates there, and the processor time of the frames is measured, in turn with a patch of `port` and of `hyper`. The
 // cost depends on the place of the hand, as thin parts bend far. All stations share the body's step and each has its own patch,
-// so n of them cost about step + n patch.
+// so n of them cost about step + n patch. On the wall a frame takes this divided by the share of a core that the trial got.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,8 @@ namespace palpate {
 
 struct FrameCost {
   double step_ms = 0, port_ms = 0, hyper_ms = 0;  ///< mean processor time of the body's step and of one patch per scheme [ms]
+  double rollouts_ms = 0;                         ///< part of hyper_ms that the nonlinear patches of a frame share
+  double core_share = 1;                          ///< processor time per time on the wall
   double ms(Scheme scheme, int stations) const { return step_ms + stations * (scheme == Scheme::hyper ? hyper_ms : port_ms); }
 };
 

@@ -11,6 +11,7 @@
 #include "common/io/channel_endpoint.hpp"
 #include "common/io/monotonic.hpp"
 #include "common/io/processor_time.hpp"
+#include "server/io/frame_cost.hpp"
 
 namespace palpate {
 namespace {
@@ -39,8 +40,8 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
                                     {after.frames_busy - before.frames_busy, "frames skipped"},
                                     {after.frames_failed - before.frames_failed, "failed"},
                                     {after.cut_steps - before.cut_steps, "steps cut"},
-                                    {after.tools_let_go - before.tools_let_go, "tools let go of"},
-                                    {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms left out"},
+                                    {after.tools_let_go - before.tools_let_go, "tools released"},
+                                    {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms of body time dropped"},
                                     {after.dropped_all() - before.dropped_all(), "datagrams dropped"}})
     if (count > 0) text += fmt::format(", {} {}", count, what);
   return text;
@@ -99,6 +100,12 @@ UdpServer::UdpServer(const std::vector<NamedScene>& scenes, const ShellOptions& 
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }
 
+void UdpServer::expect_costs(std::size_t room, const FrameCost& cost) {
+  const auto on_wall = [&](double processor_ms) { return from_seconds(1e-3 * processor_ms / cost.core_share); };
+  cores_[room].expect_costs({on_wall(cost.step_ms), on_wall(cost.port_ms),
+                             on_wall(std::max(0.0, cost.hyper_ms - cost.rollouts_ms)), on_wall(cost.rollouts_ms)});
+}
+
 void UdpServer::run() {
   pool_ = std::make_unique<asio::thread_pool>(threads_);
   try {
@@ -140,6 +147,7 @@ void UdpServer::take_sealed(std::span<const std::byte> datagram, const UdpEndpoi
   const auto letter = trust_->take(datagram, channel_address(from), now);
   if (!letter) {
     traffic_.bytes_from_strangers += datagram.size();
+    refuse_without_key(datagram, from, now);
     return say_refused();
   }
   if (!letter->shown) traffic_.bytes_from_strangers += datagram.size();
@@ -152,6 +160,22 @@ void UdpServer::take_sealed(std::span<const std::byte> datagram, const UdpEndpoi
   } else {
     cores_.take(letter->fault, letter->message, letter->size, letter->from, now);
   }
+}
+
+/// Answers a Hello that came outside of the trust channel, with at most as many bytes.
+void UdpServer::refuse_without_key(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
+  Message message;
+  if (decode(datagram, message) != WireFault::none || !std::holds_alternative<Hello>(message.body)) return;
+  const Message answer{
+      0,
+      0,
+      0,
+      {now, message.clock.sent, {}},
+      Refuse{RefuseReason::bad_request, "a key is needed (--key FILE) that the server admits (palpate-key admit)"}};
+  const auto size = encode(answer, std::span(out_).first(std::min(out_.size(), datagram.size())));
+  if (size == 0) return;
+  traffic_.bytes_to_strangers += size;
+  send(std::span(out_).first(size), from);
 }
 
 void UdpServer::end_sessions(Micros now) {
@@ -223,6 +247,7 @@ void UdpServer::finish(std::size_t k, FrameResult result) {
   const auto now = monotonic_now();
   RoomWorker& body = *workers_[k];
   body.share.add(body.processor_took, body.wall_took);
+  cores_[k].set_starved(body.share.starved());
   body.absent.take_out(result);
   if (RoomRecorder* const recorder = body.recorder()) recorder->end_frame(result, cores_[k], now, body.absent.holds());
   cores_[k].finish(std::move(result), now);
@@ -235,7 +260,7 @@ void UdpServer::end_room(std::size_t k, const std::exception_ptr& failure) {
   try {
     std::rethrow_exception(failure);
   } catch (const std::exception& fault) {
-    say(k, "room_failed", fmt::format("the body failed, the room is closed: {}", fault.what()), {{"reason", fault.what()}},
+    say(k, "room_failed", fmt::format("the body failed and the room is closed: {}", fault.what()), {{"reason", fault.what()}},
         EventLevel::error);
   }
   bool any_left = false;
@@ -294,14 +319,14 @@ std::string UdpServer::pace_text(std::size_t k) const {
   const CoreShare& share = workers_[k]->share;
   return fmt::format(
       "{:.1f} of {:g} frames a second, {:.0f} ms behind{}", core.pace().rate_hz, core.options().rate_hz, ms(core.pace().behind),
-      share.starved() ? fmt::format("; the machine is busy: frames get {:.0f} % of a core", 100 * share.share()) : "");
+      share.starved() ? fmt::format("; the machine is starved: frames get {:.0f} % of a core", 100 * share.share()) : "");
 }
 
 void UdpServer::watch_pace(std::size_t k) {
   const ServerCore& core = cores_[k];
   const bool slow = core.pace().rate_hz < kSlowBelow * core.options().rate_hz;
   if (slow == std::exchange(workers_[k]->slow, slow)) return;
-  say(k, slow ? "overrun" : "kept_up", slow ? "overrunning: " + pace_text(k) : "keeps its frame rate again",
+  say(k, slow ? "overrun" : "kept_up", slow ? "the room overruns: " + pace_text(k) : "the room keeps its frame rate again",
       {{"rate_hz", core.pace().rate_hz}, {"behind_ms", ms(core.pace().behind)}, {"core_share", workers_[k]->share.share()}},
       slow ? EventLevel::warning : EventLevel::info);
 }
@@ -320,7 +345,7 @@ void UdpServer::report() {
         say(k, "report",
             fmt::format("{} station{}: {}{}", core.station_count(), core.station_count() == 1 ? "" : "s",
                         frame_figures(workers_[k]->reported, counts, core.longest_frame()),
-                        slow ? ", overrunning: " + pace_text(k) : ""),
+                        slow ? ", the room overruns: " + pace_text(k) : ""),
             {{"stations", static_cast<double>(core.station_count())},
              {"frames", static_cast<double>(counts.frames - workers_[k]->reported.frames)},
              {"longest_ms", ms(core.longest_frame())},

@@ -42,6 +42,8 @@
 
 namespace palpate {
 
+struct FrameCost;
+
 /// A scene and the name by which stations ask for its room.
 struct NamedScene {
   std::string name;
@@ -82,6 +84,8 @@ class UdpServer {
   /// Sets `watch`, called with the state every kPulseEvery on the network thread, also while all rooms are idle. Call before
   /// run().
   void on_pulse(Watch watch) { watch_ = std::move(watch); }
+  /// Sets the cost of a room's frames that holds until frames have been measured. Call before run().
+  void expect_costs(std::size_t room, const FrameCost& cost);
   /// Refuses new sessions; stop() follows when no hand is left, after `most` at the latest. Call from a task of context().
   void drain(Micros most);
   bool draining() const { return drain_until_.has_value(); }
@@ -127,6 +131,7 @@ class UdpServer {
   void take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void say_refused();
+  void refuse_without_key(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void end_sessions(Micros now);
   void step();
   void send_all(Micros now);

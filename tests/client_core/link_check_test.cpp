@@ -76,7 +76,7 @@ TEST_CASE("a good link is measured as what it is, and serves") {
   const LinkVerdict verdict = judge(f);
   CHECK(verdict.link_serves);
   CHECK(says(verdict, "set: palpate-client --passivity"));
-  CHECK(says(verdict, "gives scheme hyper"));
+  CHECK(says(verdict, "chooses scheme hyper"));
 }
 
 TEST_CASE("a link that loses too much for nonlinear patches is said to get linear ones") {
@@ -87,7 +87,7 @@ TEST_CASE("a link that loses too much for nonlinear patches is said to get linea
   f.down = {0.15, 2};
   const LinkVerdict verdict = judge(f);
   REQUIRE(verdict.link_serves);
-  CHECK(says(verdict, "gives scheme port"));
+  CHECK(says(verdict, "chooses scheme port"));
 }
 
 TEST_CASE("a bad link is measured as what it is, and does not serve") {
@@ -120,7 +120,7 @@ TEST_CASE("nobody there is no link") {
   const LinkFigures f = measure_link("127.0.0.1:9", "check", Micros{300'000}, false, stop);
   CHECK_FALSE(f.joined);
   CHECK_FALSE(judge(f).serves());
-  CHECK(says(judge(f), "no answer"));
+  CHECK(says(judge(f), "nothing listens at 127.0.0.1:9"));
 }
 
 TEST_CASE("a verdict names each reason, and what to set") {

@@ -115,7 +115,7 @@ TEST_CASE("a name that is taken is refused, said, and had once it is free") {
   CHECK(second.refuse_reason() == RefuseReason::name_taken);
   CHECK_FALSE(second.refusal().empty());
   CHECK(second.counts().sent <= 4);
-  first.leave(world.clock(1));
+  first.leave();
   world.run(1500ms);
   CHECK(second.link() == LinkState::joined);
   CHECK(world.server->counts().leaves == 1);
@@ -133,13 +133,39 @@ TEST_CASE("a hand that leaves its name to the server gets one like it, and asks 
   world.run(500ms);
   REQUIRE(second.link() == LinkState::joined);
   CHECK(second.welcome().station == "hand-2");
-  first.leave(world.clock(1));
+  first.leave();
   world.run(300ms);
   world.start_server(2);
   world.run(500ms);
   CHECK(second.link() == LinkState::joined);
   CHECK(second.counts().joins == 2);
   CHECK(second.welcome().station == "hand-2");
+}
+
+TEST_CASE("a client whose address changes keeps its name, is back at once, and never has two tools in the body") {
+  for (const bool alike : {false, true}) {
+    SmallWorld world;
+    world.link.delay = 20ms;
+    ClientOptions options;
+    options.hello.station = "hand";
+    options.hello.alike = alike;
+    auto& hand = world.add(1, options);
+    world.run(2s);
+    const auto before = world.room.jobs.size();
+    auto moved = world.places.extract(1);
+    moved.key() = 7;
+    world.places.insert(std::move(moved));
+    world.run(150ms);
+    CAPTURE(alike);
+    CHECK(hand.link() == LinkState::joined);
+    CHECK(hand.counts().joins == 2);
+    CHECK(hand.welcome().station == "hand");
+    CHECK(world.server->station_count() == 1);
+    world.run(4s);
+    CHECK(hand.counts().joins == 2);
+    CHECK(world.places[7].ticks.back().has_patch);
+    for (std::size_t k = before; k < world.room.jobs.size(); ++k) REQUIRE(world.room.jobs[k].stations.size() <= 1);
+  }
 }
 
 TEST_CASE("only one hand holds the node of an attach scene") {
@@ -156,11 +182,18 @@ TEST_CASE("a server that shuts down says so and the client waits for the next") 
   SmallWorld world;
   auto& hand = world.add(1, "hand");
   world.run(500ms);
+  CHECK_FALSE(hand.sent_away());
+  CHECK(hand.last_answer() > world.clock(1) - 100ms);
   world.server->shut_down(world.now);
-  world.run(10ms);
+  world.run(1ms);
+  CHECK(hand.sent_away());
+  const Micros sent_away = hand.last_answer();
+  world.run(9ms);
   CHECK(hand.link() != LinkState::refused);
   world.run(1s);
   CHECK(hand.link() == LinkState::joined);
+  CHECK_FALSE(hand.sent_away());
+  CHECK(hand.last_answer() > sent_away);
   CHECK(hand.counts().joins == 2);
 }
 

@@ -219,6 +219,45 @@ TEST_CASE("a client that nobody answers looks for its server from a new port, ev
   client.stop();
 }
 
+TEST_CASE("a client says that nothing listens at a closed port, and no more once a server is there") {
+  asio::io_context io;
+  std::string address;
+  {
+    const UdpSocket closed_soon = bind_udp(io, "closed", resolve_udp("closed", "127.0.0.1:0"));
+    address = to_string(closed_soon.local_endpoint());
+  }
+  ClientCore core(named("hand"), monotonic_now());
+  UdpClient client(address, core);
+  client.start();
+  CHECK(eventually([&] { return client.status().nobody_listens; }));
+  CHECK(no_answer_text(address, client.status(), false) == "nothing listens at " + address);
+  UdpServer shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {address, 20, 1}, {});
+  std::thread thread([&] { shell.run(); });
+  CHECK(eventually([&] { return client.status().link == LinkState::joined; }));
+  CHECK_FALSE(client.status().nobody_listens);
+  client.stop();
+  asio::post(shell.context(), [&] { shell.stop(); });
+  thread.join();
+}
+
+TEST_CASE("a server with keys tells a client without one that it needs one, in no more bytes than the client sent") {
+  ShellOptions options{"127.0.0.1:0", 20, 1};
+  options.keys.emplace();
+  options.keys->self = draw_secret(system_random());
+  UdpServer shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, options, {});
+  std::thread thread([&] { shell.run(); });
+  ClientCore core(named("hand"), monotonic_now());
+  UdpClient client(to_string(shell.address()), core);
+  client.start();
+  CHECK(eventually([&] { return client.status().link == LinkState::refused; }));
+  CHECK(client.status().refuse_reason == RefuseReason::bad_request);
+  CHECK(client.status().refusal.find("a key is needed") == 0);
+  client.stop();
+  asio::post(shell.context(), [&] { shell.stop(); });
+  thread.join();
+  CHECK(core.counts().bytes_received <= core.counts().bytes_sent);
+}
+
 TEST_CASE("a port in use and a host that does not parse are bad input") {
   RunningServer server;
   const auto scene = load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json");

@@ -133,9 +133,9 @@ def check_touch(programs, scenes, server, work, keys):
 
 
 def check_strangers(programs, scenes, server, work, keys):
-    for arguments in ([], ["--key", keys["stranger"]], ["--key", keys["misled"]]):
+    for arguments, said in (([], "a key is needed"), (["--key", keys["stranger"]], "no answer"), (["--key", keys["misled"]], "no answer")):
         done = hand(programs, scenes, server.address, work / "nothing", "--duration-s", "1.5", *arguments)
-        assert done.returncode == 1 and "no answer" in done.stderr, done.stdout + done.stderr
+        assert done.returncode == 1 and said in done.stderr, done.stdout + done.stderr
     server.wait_for(r"no session for 127\.0\.0\.1:\d+: key not known \(key " + re.escape(key(programs, "show", keys["stranger"])))
     done = hand(programs, scenes, server.address, work / "nothing", "--key", keys["station"], "--station", "OR 4", "--duration-s", "1.5")
     assert done.returncode == 1 and 'this key\'s stations are "OR 3"' in done.stderr, done.stdout + done.stderr
@@ -218,16 +218,16 @@ def check_taken_out(programs, server, keys):
         text = keys["site"].read_text()
         keys["site"].write_text(text + "nonsense\n")
         server.send(signal.SIGHUP)
-        server.wait_for(r"keys stay as they were: .*nonsense")
+        server.wait_for(r"the keys are unchanged: .*nonsense")
         keys["site"].rename(keys["site"].with_suffix(".aside"))
         os.mkfifo(keys["site"], 0o600)
         server.send(signal.SIGHUP)
-        server.wait_for(r"keys stay as they were: .*is no regular file; expected a file that palpate-key new made")
+        server.wait_for(r"the keys are unchanged: .*is no regular file; expected a file that palpate-key new made")
         keys["site"].unlink()
         keys["site"].with_suffix(".aside").rename(keys["site"])
         keys["site"].write_text("".join(line for line in text.splitlines(True) if '"OR 3"' not in line))
         server.send(signal.SIGHUP)
-        server.wait_for("keys read again")
+        server.wait_for("the keys were read again")
         server.wait_for("left: its key is not valid any more")
         client.wait_for("server lost.*this station's key is not valid any more")
         end(client, signal.SIGINT)

@@ -86,11 +86,11 @@ def check_drain(programs, scenes, work):
         with hand(programs, scenes, server, "first") as first:
             first.wait_for("^joined")
             os.kill(server.process.pid, signal.SIGTERM)
-            server.wait_for("nobody is let in any more")
+            server.wait_for("new sessions are refused")
             server.reach(lambda: server.get("/readyz"), (503, "draining\n"))
             assert server.get("/healthz")[0] == 200
             with hand(programs, scenes, server, "late") as late:
-                late.wait_for("refused late: the server is shutting down; trying on")
+                late.wait_for("refused late: the server is shutting down; the client keeps trying")
             patches = server.value('palpate_patches_total{room="touch-cube"}')
             server.reach(lambda: server.value('palpate_frame_seconds_count{room="touch-cube"}') > 30, True)
             assert server.value('palpate_patches_total{room="touch-cube"}') >= patches

@@ -119,7 +119,7 @@ def check_wrong_files(programs, scenes, work):
     assert f"--resume from {text}: is no recording; expected a recording" in said, said
     done = subprocess.run([programs / "palpate-server", "--scene", scenes / "touch-cube.json", "--resume"], capture_output=True, text=True,
                           timeout=PATIENCE_S)
-    assert done.returncode == 2 and "--resume: without a recording to go on from; expected --record FILE" in done.stderr, done.stderr
+    assert done.returncode == 2 and "--resume: has no recording to continue; expected --record FILE" in done.stderr, done.stderr
     # The newest was cut as it began: the one before it counts.
     for size in (1, 1000):
         (work / "cut.rec").write_bytes(latest.read_bytes())

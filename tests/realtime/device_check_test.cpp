@@ -104,6 +104,23 @@ TEST_CASE("A device that does not get ready says each reason once and is given u
   std::vector<std::string> said;
   const std::atomic<bool> stop{false};
   CHECK_FALSE(wait_until_ready(device, Micros{50'000}, stop,
-                               [&](const DeviceReading& reading) { said.emplace_back(reading.reason.text()); }));
+                               [&](const DeviceReading& reading, Micros) { said.emplace_back(reading.reason.text()); }));
   CHECK(said == std::vector<std::string>{"it is not calibrated", "hands off"});
+}
+
+TEST_CASE("Of a device that stays silent is said every five seconds for how long it has been", "[realtime]") {
+  struct Silent final : Device {
+    DeviceCaps none;
+    const DeviceCaps& caps() const override { return none; }
+    DeviceReading read(Micros) noexcept override { return not_ok(DeviceState::not_ready, "it has sent nothing yet"); }
+    void write(const Vec3&) noexcept override {}
+    void stop() noexcept override {}
+  } device;
+  Micros now{};
+  std::vector<Micros> said;
+  const std::atomic<bool> stop{false};
+  CHECK_FALSE(wait_until_ready(
+      device, Micros{12'000'000}, stop, [&](const DeviceReading&, Micros waited) { said.push_back(waited); },
+      [&now] { return now += Micros{100'000}; }));
+  CHECK(said == std::vector<Micros>{Micros{100'000}, Micros{5'100'000}, Micros{10'100'000}});
 }

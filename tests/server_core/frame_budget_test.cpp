@@ -73,6 +73,28 @@ TEST_CASE("Hands that came first are served before shadows, as far as half of th
   for (StationId id = 3; id <= 10; ++id) CHECK(served.times[id] == 20);
 }
 
+TEST_CASE("Expected costs decide from the first frame on, until three frames have been measured") {
+  const auto first_scheme = [](Micros nonlinear) {
+    Served served(1, 0, 10ms);
+    served.stations[1].hello.scheme.reset();
+    served.detail.expect({5ms, 5ms, nonlinear, 5ms});
+    served.frames(1);
+    CHECK(served.stations[1].in_use.reason == (nonlinear > 40ms ? SchemeReason::server_busy : SchemeReason::fits));
+    return served.stations[1].in_use.scheme;
+  };
+  CHECK(first_scheme(60ms) == Scheme::port);
+  CHECK(first_scheme(20ms) == Scheme::hyper);
+  Served served(2, 0, 24ms);
+  served.detail.expect({5ms, 1ms, 1ms, 1ms});  // too little
+  served.frames(1);
+  CHECK(served.times[2] == 1);
+  served.frames(9);
+  served.times.clear();
+  served.frames(100);
+  CHECK(served.times[1] == 100);
+  CHECK(served.times[2] < 100);
+}
+
 TEST_CASE("A patch that never fits beside the first hand's comes now and then, at a twentieth of the time") {
   Served served(2, 0, 30ms);
   served.frames(10);

@@ -190,6 +190,35 @@ TEST_CASE("a station that never answers gets nothing but its Welcome, which is w
   CHECK(reason(bench.sent.back().second) == RefuseReason::unknown_station);
 }
 
+TEST_CASE("a Hello with a former session's secret takes the place of that session, once its new address is proven") {
+  Bench bench(ContactKind::attach);
+  RawStation hand(bench, 1, "hand"), moved(bench, 2, "hand"), thief(bench, 3, "hand");
+  hand.join();
+  const auto asks_as = [&](RawStation& station, std::uint64_t instance) {
+    station.as.instance = instance;
+    station.as.station = hand.as.station;
+    bench.sent.clear();
+    station.say(station.hello);
+    REQUIRE_FALSE(bench.sent.empty());
+    return bench.sent.back().second;
+  };
+  const Message no = asks_as(thief, hand.as.instance + 1);
+  CHECK(reason(no) == RefuseReason::name_taken);
+  CHECK(no.station == 0);
+  CHECK(no.instance == 0);
+  const Message yes = asks_as(moved, hand.as.instance);
+  REQUIRE(std::holds_alternative<Welcome>(yes.body));
+  CHECK(yes.instance != hand.as.instance);
+  CHECK(bench.core.knows({hand.as.instance, hand.as.station, 0, {}, Beat{}}, 1, bench.now));
+  moved.as.instance = yes.instance;
+  moved.as.station = yes.station;
+  moved.say(Beat{});
+  CHECK(bench.core.station_count() == 1);
+  CHECK(bench.core.counts().replaced == 1);
+  hand.say(Beat{});
+  CHECK(reason(bench.sent.back().second) == RefuseReason::unknown_station);
+}
+
 TEST_CASE("an id counts only with the peer and the secret it was given with") {
   Bench bench;
   RawStation hand(bench, 1, "hand");

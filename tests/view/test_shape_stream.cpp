@@ -179,7 +179,7 @@ TEST_CASE("A viewer that joins late or stalls catches up, also with a body that 
   world.loss = 0;
   world.moving = false;
   world.run(Micros{2'000'000});
-  CHECK(late.link() == ViewLink::joined);
+  CHECK(late.link() == LinkState::joined);
   CHECK(world.error_m(late, 1) <= 5e-5);
 }
 

@@ -92,6 +92,9 @@ TEST_CASE("what was added to messages later goes there and back, and is absent w
   CHECK_FALSE(round_trip(room).asleep);
   room.asleep = true;
   CHECK(round_trip(room).asleep);
+  CHECK_FALSE(round_trip(room).starved);
+  room.starved = true;
+  CHECK(round_trip(room).starved);
   room.stations.push_back(
       {"hand", {}, {}, {}, 0, 0, 0, 0, {Scheme::port, SchemeReason::server_busy, Micros{41'000}, Micros{30'000}}});
   const StationView shown = round_trip(room).stations.front();

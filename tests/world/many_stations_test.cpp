@@ -76,7 +76,7 @@ TEST_CASE("Sixteen stations of different links press one body at once, leave and
   }
   // One leaves without a goodbye, one with; fourteen are unaffected.
   stations[3]->device().stop();
-  stations[3]->core().leave(stations[3]->clock(world.now()));
+  stations[3]->core().leave();
   for (Felt& f : felt) f = {};
   world.run_until(Micros{4'000'000});
   CHECK(world.server().station_count() == kHands - 1);

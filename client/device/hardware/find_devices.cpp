@@ -144,16 +144,16 @@ std::string describe(const std::vector<FoundDevice>& devices, const std::vector<
   for (const FoundDevice& device : devices) {
     text += device.kind + ": " + device.text + ", ";
     if (device.node.empty())
-      text += "which the kernel gave no node: its module is missing, or it was just plugged in";
+      text += "without a node of the kernel: its module is missing, or the device was just plugged in";
     else
       text += device.node.string() + (device.usable ? "" : ", which this user may not use");
     text += "\n";
     if (!device.usable && std::find(rules.begin(), rules.end(), device.rule) == rules.end()) rules.push_back(device.rule);
   }
   if (!rules.empty()) {
-    text += "to be let in, install the package palpate-client, or put this into /etc/udev/rules.d/60-palpate.rules:\n";
+    text += "to get access, install the package palpate-client, or put this into /etc/udev/rules.d/60-palpate.rules:\n";
     for (const std::string& rule : rules) text += "  " + rule + "\n";
-    text += "then: sudo udevadm control --reload && sudo udevadm trigger, and plug the device in anew\n";
+    text += "then: sudo udevadm control --reload && sudo udevadm trigger, and plug the device in again\n";
   }
   for (const FoundLibrary& library : libraries) {
     text += library.kind + ": " + (library.fault.empty() ? "its library can be loaded" : library.fault);
@@ -161,7 +161,7 @@ std::string describe(const std::vector<FoundDevice>& devices, const std::vector<
       text += " and sees " + std::to_string(*library.devices) + (*library.devices == 1 ? " device" : " devices");
     text += "\n";
   }
-  return text + "devices on Ethernet, FireWire or a card are known to their vendor's library alone\n";
+  return text + "only their vendor's library knows devices on Ethernet, FireWire or a card\n";
 }
 
 }  // namespace palpate

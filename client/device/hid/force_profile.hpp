@@ -30,7 +30,7 @@ class ForceProfile final : public HidProtocol {
   DeviceCaps begin(HidTransport& transport) override;
   bool take(std::span<const std::byte> report, HidInput& input) noexcept override;
   bool send(HidTransport& transport, const HidCommand& command, Micros now) noexcept override;
-  Micros silence_max() const noexcept override { return kSilenceMax; }
+  Micros silence_max(const HidInput&) const noexcept override { return kSilenceMax; }
 
   /// True for a descriptor of this profile, whatever else it contains.
   static bool is(const ReportDescriptor& descriptor);

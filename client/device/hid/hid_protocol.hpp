@@ -34,7 +34,7 @@ class HidProtocol {
   virtual HidInput unheard() const noexcept {
     HidInput input;
     input.reading.state = DeviceState::not_ready;
-    input.reading.reason = "no report from it yet: move it";
+    input.reading.reason = "it has sent nothing yet: move it, and check its power, cable or radio";
     return input;
   }
   /// Decodes one input report into `input`. Returns false for an unknown report, which leaves `input` unchanged.
@@ -46,8 +46,8 @@ class HidProtocol {
     (void)now;
     return input.reading;
   }
-  /// Longest silence of a working device; zero: silence means that nothing changed.
-  virtual Micros silence_max() const noexcept { return Micros{0}; }
+  /// Longest silence of a working device after this input; zero: silence means that nothing changed.
+  virtual Micros silence_max(const HidInput&) const noexcept { return Micros{0}; }
 };
 
 }  // namespace palpate

@@ -125,10 +125,9 @@ DeviceCaps SpaceMouse::begin(HidTransport& transport) {
   return caps;
 }
 
-HidInput SpaceMouse::unheard() const noexcept {
-  HidInput input;
-  input.reading.state = DeviceState::ok;
-  return input;
+Micros SpaceMouse::silence_max(const HidInput& input) const noexcept {
+  const auto pushed = [](double deflection) { return std::abs(deflection) > kDeadZone; };
+  return std::any_of(input.deflection.begin(), input.deflection.end(), pushed) ? kSilenceMax : Micros{0};
 }
 
 bool SpaceMouse::take(std::span<const std::byte> report, HidInput& input) noexcept {

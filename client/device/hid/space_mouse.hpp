@@ -1,8 +1,9 @@
 // 3Dconnexion SpaceMouse and its relatives: six axes in, no force out.
 //
-// The cap reports how far it is pushed and turned, s in [-1, 1] per axis of full deflection (some 1 mm and 10 degrees). Reports
-// arrive only while that changes, in one report or, on older models, translation and rotation alternately: silence means no
-// change.
+// The cap reports how far it is pushed and turned, s in [-1, 1] per axis of full deflection (some 1 mm and 10 degrees), in one
+// report or, on older models, translation and rotation alternately. A cap at rest sends nothing, so before the first report
+// nothing shows that the device works: it is not ready. A hand that pushes the cap never holds it exactly still, so a silence of
+// kSilenceMax during a push is a fault (an empty battery, a receiver out of reach), and the tool stops.
 //
 // `rate` (the default): the deflection is a speed,
 //     v = v_max u(s) e,   u(s) = 0 for s <= d, ((s - d) / (1 - d))^2 above (d = kDeadZone),   e = deflection / s,   s =
@@ -51,16 +52,15 @@ class SpaceMouse final : public HidProtocol {
  public:
   static constexpr double kDeadZone = 0.04;
   static constexpr double kPace = 40;  ///< [1/s]
-  static constexpr Micros kLongestTick{20'000};
+  static constexpr Micros kLongestTick{20'000}, kSilenceMax{400'000};
 
   explicit SpaceMouse(const SpaceMouseOptions& options);
 
   DeviceCaps begin(HidTransport& transport) override;
-  /// Returns a valid reading: an untouched cap sends no reports.
-  HidInput unheard() const noexcept override;
   bool take(std::span<const std::byte> report, HidInput& input) noexcept override;
   bool send(HidTransport&, const HidCommand&, Micros) noexcept override { return true; }
   DeviceReading read(const HidInput& input, Micros now) noexcept override;
+  Micros silence_max(const HidInput& input) const noexcept override;
 
   /// True for a multi-axis controller with six axes.
   static bool is(const ReportDescriptor& descriptor);

@@ -93,57 +93,61 @@ void add_choice(CLI::App& app, const char* flag, Value& value, const std::string
 }
 
 void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& light) {
-  app.add_option("--server", options.server, "where palpate-server listens")->type_name("HOST:PORT");
-  app.add_option("--key", options.key,
-                 "key file of this station (palpate-key new), for a server with --keys; it names the server that is believed")
+  app.add_option("--server", options.server, "address at which palpate-server listens")->type_name("HOST:PORT");
+  app.add_option(
+         "--key", options.key,
+         "key file of this station (palpate-key new), for a server with --keys; it contains the key of the trusted server")
       ->type_name("FILE");
-  app.add_option("--token", options.token, "leave to join, from palpate-key issue, for a server that does not know this key")
+  app.add_option("--token", options.token, "token from palpate-key issue, for a server whose key file does not contain this key")
       ->type_name("FILE");
-  app.add_option("--recording", options.recording, "play this recording of palpate-server in place of a server")
+  app.add_option("--recording", options.recording, "play this recording of palpate-server instead of watching a server")
       ->type_name("FILE");
-  app.add_option("--at", options.at_s, "moment of the recording to begin at, in seconds")
+  app.add_option("--at", options.at_s, "time in the recording at which to begin [s]")
       ->capture_default_str()
       ->check(number_from(0.0, kLongestS));
   app.add_option("--station", options.station,
-                 "name of this viewer, which nobody else in the room may have; without the flag it gets a number where it must")
+                 "name of this viewer, unique in the room; the server appends a number to the default name if it is taken")
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
   app.add_flag(
       "--touch{mouse}", options.touch,
-      "the mouse touches the body, as a station; --touch=NAME names it, otherwise it is \"mouse\", with a number where it must");
-  app.add_flag("--patch", options.look.patch, "with --touch: show what its patches said of the server's next frame");
-  app.add_option("--record", options.record, "record what is received, to a new FILE")->type_name("FILE");
-  app.add_option("--size", size, "of window or picture")->type_name("WIDTHxHEIGHT")->default_str("1280x800");
+      "the mouse touches the body, as a station; --touch=NAME names it, default: \"mouse\", with a number if that is taken");
+  app.add_flag("--patch", options.look.patch, "with --touch: show how its patches predicted the server's next frame");
+  app.add_option("--record", options.record, "record the received data to a new FILE")->type_name("FILE");
+  app.add_option("--size", size, "size of the window or picture")->type_name("WIDTHxHEIGHT")->default_str("1280x800");
   app.add_option("--screenshot", options.screenshot, "write one picture, without a display, and end")->type_name("FILE.png");
-  app.add_option("--after-s", options.after_s, "take the first picture after so many seconds; default: 2, or 0 with --frames")
+  app.add_option("--after-s", options.after_s, "take the first picture after this many seconds; default: 2, or 0 with --frames")
       ->check(number_from(0.0, kLongestS));
   app.add_option(
          "--frames", options.frames,
          "write pictures DIR/frame_NNNNN.png, without a display, for --duration-s (default 10; of a recording: all of it)")
       ->type_name("DIR");
-  app.add_option("--fps", options.fps, "pictures a second with --frames")->capture_default_str()->check(number_from(0.01, 60.0));
-  app.add_option("--duration-s", options.duration_s, "end after so many seconds; default: when it is closed")
+  app.add_option("--fps", options.fps, "pictures per second with --frames")
+      ->capture_default_str()
+      ->check(number_from(0.01, 60.0));
+  app.add_option("--duration-s", options.duration_s, "end after this many seconds; default: when the window is closed")
       ->check(number_from(0.0, kLongestS));
-  add_choice(app, "--color", options.look.color,
-             "what colours show: displacement from rest, the largest force in a spring, how far the local patches reach, or of "
-             "finite elements the von Mises stress, the largest principal strain or the pressure",
-             {{"displacement", ShapeChannel::position},
-              {"tension", ShapeChannel::tension},
-              {"support", ShapeChannel::support},
-              {"stress", ShapeChannel::stress},
-              {"strain", ShapeChannel::strain},
-              {"pressure", ShapeChannel::pressure}});
+  add_choice(
+      app, "--color", options.look.color,
+      "quantity that colours show: displacement from rest, the largest force in a spring, the support of the local patches, "
+      "or of finite elements the von Mises stress, the largest principal strain or the pressure",
+      {{"displacement", ShapeChannel::position},
+       {"tension", ShapeChannel::tension},
+       {"support", ShapeChannel::support},
+       {"stress", ShapeChannel::stress},
+       {"strain", ShapeChannel::strain},
+       {"pressure", ShapeChannel::pressure}});
   add_choice(app, "--lines", options.look.lines,
-             "over the body: nothing, the edges of its triangles, or these in the colour of their strain",
+             "lines on the body: none, the edges of its triangles, or the edges in the colour of their strain",
              {{"none", Lines::none}, {"edges", Lines::edges}, {"strain", Lines::strain}});
   app.add_flag("--panels,!--no-panels", options.look.panels,
-               "stations, plots and body beside the picture, and in pictures of a recording its bar; default: they are there");
-  app.add_option("--kbit-s", options.kbit_s, "most that shapes may take; 0: what the server thinks right")
+               "show stations, plots and figures of the body next to the picture, and the bar of a recording; default: shown");
+  app.add_option("--kbit-s", options.kbit_s, "highest data rate of shapes [kbit/s]; 0: the server's default")
       ->capture_default_str()
       ->check(number_from(0, 65535));
-  auto* dark = app.add_flag("--dark", options.look.dark, "light things on a dark ground");
-  app.add_flag("--light", light, "dark things on a light ground (default)")->excludes(dark);
+  auto* dark = app.add_flag("--dark", options.look.dark, "light foreground on a dark background");
+  app.add_flag("--light", light, "dark foreground on a light background (default)")->excludes(dark);
 }
 
 void watch(const ViewOptions& options) {

@@ -19,7 +19,7 @@ void wait_for_shape(ViewSession& session, Micros since) {
   const Micros until = now_us() + kPatience;
   while (!session.core().ready() && now_us() < until && !told_to_end()) session.pump_until(now_us() + Micros{20'000});
   if (session.core().ready() || told_to_end()) return;
-  if (session.core().link() == ViewLink::refused)
+  if (session.core().link() == LinkState::refused)
     throw std::runtime_error(fmt::format("{}: refused: {}", session.server(), session.core().refusal()));
   throw std::runtime_error(fmt::format("{}: no shape to draw within {:.0f} s", session.server(), seconds(now_us() - since)));
 }

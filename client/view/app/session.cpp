@@ -58,6 +58,7 @@ void ViewSession::pump() {
   for (int errors = 0; errors < 8;) {
     const std::size_t size = socket_.receive(asio::buffer(datagram), 0, error);
     if (error == asio::error::would_block || error == asio::error::try_again) break;
+    if (!error || error == asio::error::connection_refused) nobody_listens_ = static_cast<bool>(error);
     if (error)
       ++errors;
     else
@@ -163,19 +164,20 @@ void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
 }
 
 std::string ViewSession::status(Micros now) const {
-  if (core_.link() != ViewLink::joined) return "server lost, showing its last shape";
+  if (core_.link() != LinkState::joined) return "the server was lost; its last shape is shown";
   if (!core_.heard_lately(now))
-    return fmt::format("no word from the server for {:.1f} s, showing its last shape", seconds(core_.silence(now)));
+    return fmt::format("the server has been silent for {:.1f} s; its last shape is shown", seconds(core_.silence(now)));
   const int shapes = core_.shapes_lately(now);
   const std::string body = fmt::format("{} triangles", core_.mesh().triangles.size());
   if (shapes == 0 || core_.room().asleep) return body + "    at rest";
-  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late", body, shapes, shapes == 1 ? "" : "s",
-                     1e3 * seconds(core_.lateness(now)));
+  const char* const starved = core_.room().starved ? "    the server's machine is overloaded" : "";
+  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}", body, shapes, shapes == 1 ? "" : "s",
+                     1e3 * seconds(core_.lateness(now)), starved);
 }
 
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
-  if (core_.link() == ViewLink::refused) return {"refused", core_.refusal(), ""};
-  if (!core_.ready()) return {"palpate", "waiting for " + server_, ""};
+  if (core_.link() == LinkState::refused) return {"refused", core_.refusal(), ""};
+  if (!core_.ready()) return {"palpate", (nobody_listens_ ? "nothing listens at " : "waiting for ") + server_, ""};
   remember(now, tools);
   Caption caption{core_.welcome().scene, status(now), ""};
   caption.panels = {.room = &core_.room(),

@@ -63,6 +63,7 @@ class ViewSession : public ViewSource {
   UdpSocket socket_{io_};
   ViewCore core_;
   UdpEndpoint address_;
+  bool nobody_listens_ = false;  ///< the server's machine reports that nothing listens at its port, and nothing came since
   ServerFinder finder_;
   std::optional<ClientChannel> channel_;  ///< only with keys
   History forces_, patch_ages_;

@@ -61,12 +61,13 @@ HidDevice::~HidDevice() {
 
 DeviceReading HidDevice::read(Micros now) noexcept {
   if (const Heard* heard = heard_.take()) newest_ = *heard;
-  DeviceReading reading = protocol_->read(newest_.input, now);
-  const Micros silence_max = protocol_->silence_max();
-  if (reading.ok() && silence_max > Micros{0} && now - newest_.at > silence_max) {
-    reading.state = DeviceState::fault;
-    reading.reason = "its reports have stopped";
+  HidInput input = newest_.input;
+  const Micros silence_max = protocol_->silence_max(input);
+  if (input.reading.ok() && silence_max > Micros{0} && now - newest_.at > silence_max) {
+    input.reading.state = DeviceState::fault;
+    input.reading.reason = "its reports have stopped: move it, and check its power, cable or radio";
   }
+  const DeviceReading reading = protocol_->read(input, now);
   was_ok_ = reading.ok();
   return reading;
 }

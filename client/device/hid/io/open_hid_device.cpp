@@ -1,5 +1,6 @@
 #include "client/device/hid/io/open_hid_device.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -52,13 +53,21 @@ std::unique_ptr<HidProtocol> protocol_for(HidKind kind, const HidSettings& setti
   return std::make_unique<ForceProfile>();
 }
 
-/// Opens the same device wherever it was plugged in.
-std::unique_ptr<HidTransport> open_same(const FoundHid& first, std::string& fault, const std::filesystem::path& sysfs) {
-  for (const FoundHid& device : find_hid(sysfs)) {
-    if (device.kind == first.kind && device.vendor == first.vendor && device.product == first.product &&
-        device.serial == first.serial)
-      return open_hid(device, fault, sysfs);
-  }
+bool is_like(const FoundHid& a, const FoundHid& b) {
+  return a.kind == b.kind && a.vendor == b.vendor && a.product == b.product && a.serial == b.serial;
+}
+
+/// Opens the device at its node, or wherever it was plugged in again. `twins`: nodes of other devices that are like it.
+std::unique_ptr<HidTransport> open_same(const FoundHid& first, const std::vector<std::string>& twins, std::string& fault,
+                                        const std::filesystem::path& sysfs) {
+  const auto all = find_hid(sysfs);
+  const auto is_it = [&](const FoundHid& device) { return is_like(device, first) && device.path == first.path; };
+  const auto may_be_it = [&](const FoundHid& device) {
+    return is_like(device, first) && std::find(twins.begin(), twins.end(), device.path) == twins.end();
+  };
+  auto found = std::find_if(all.begin(), all.end(), is_it);
+  if (found == all.end()) found = std::find_if(all.begin(), all.end(), may_be_it);
+  if (found != all.end()) return open_hid(*found, fault, sysfs);
   fault = "is not plugged in";
   return nullptr;
 }
@@ -72,7 +81,10 @@ std::unique_ptr<Device> open_hid_device(std::string_view text, void (*on_thread)
   const std::string_view model = space_mouse_model(device.vendor, device.product);
   options.model = device.model.empty() ? std::string(model) : device.model;
   if (!device.serial.empty()) options.model += ", serial number " + device.serial;
-  options.open = [device, sysfs](std::string& fault) { return open_same(device, fault, sysfs); };
+  std::vector<std::string> twins;
+  for (const FoundHid& other : find_hid(sysfs))
+    if (is_like(other, device) && other.path != device.path) twins.push_back(other.path);
+  options.open = [device, twins, sysfs](std::string& fault) { return open_same(device, twins, fault, sysfs); };
   options.on_thread = on_thread;
   return std::make_unique<HidDevice>(protocol_for(device.kind, settings), std::move(options));
 }
