@@ -307,7 +307,7 @@ void Sessions::expel(PeerId peer, Micros now) {
     if (station.peer != peer) return false;
     ++counts_.expelled;
     tell(RecordedEventKind::left, station, "its key is not valid any more", now);
-    refuse({station.secret, station.id, 0, {station.clock.stamp(now).echo, {}, {}}, {}}, peer,
+    refuse({station.secret, station.id, 0, {station.clock.stamp(now).echo, {}, {}}, Beat{}}, peer,
            {RefuseReason::unknown_station, "this station's key is not valid any more"}, kMaxDatagramBytes, now);
     return true;
   });

@@ -185,10 +185,10 @@ TEST_CASE("a server that shuts down says so and the client waits for the next") 
   CHECK_FALSE(hand.sent_away());
   CHECK(hand.last_answer() > world.clock(1) - 100ms);
   world.server->shut_down(world.now);
-  world.run(1ms);
+  world.run(2ms);
   CHECK(hand.sent_away());
   const Micros sent_away = hand.last_answer();
-  world.run(9ms);
+  world.run(8ms);
   CHECK(hand.link() != LinkState::refused);
   world.run(1s);
   CHECK(hand.link() == LinkState::joined);

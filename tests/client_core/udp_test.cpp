@@ -73,7 +73,7 @@ TEST_CASE("a body that throws ends its own room: its hand is told and refused, t
   };
   std::atomic<int> said = 0;
   UdpServer shell({{"one", scene("cube6")}, {"other", scene("touch-cube")}}, options, [&](const ServerEvent& event) {
-    said += event.kind == "room_failed" && event.text == "room \"one\": the body failed, the room is closed: out of the world";
+    said += event.kind == "room_failed" && event.text == "room \"one\": the body failed and the room is closed: out of the world";
   });
   std::thread thread([&] { shell.run(); });
   std::vector<std::unique_ptr<ClientCore>> cores;
