@@ -5,8 +5,8 @@
 
 #include "bench/paper/local_models.hpp"
 #include "bench/paper/truncation_map.hpp"
+#include "bench/paper/two_layer.hpp"
 #include "server/reduce/patch_builder.hpp"
-#include "server/reduce/two_layer.hpp"
 
 namespace palpate {
 namespace {

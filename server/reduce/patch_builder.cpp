@@ -10,10 +10,9 @@
 
 namespace palpate {
 
-PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced)
+PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2)
     : dynamics_(&dynamics),
       skin_(&skin),
-      balanced_(balanced),
       graph_(dynamics.body()),
       softest_1_s2_(softest_1_s2),
       solver_(dynamics),
@@ -26,7 +25,7 @@ PatchBuilder::PatchBuilder(const Dynamics& dynamics, const Skin& skin, double so
 }
 
 int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
-  if (scheme == Scheme::hold || scheme == Scheme::filtered || scheme == Scheme::tangent) return 0;
+  if (scheme == Scheme::hold || scheme == Scheme::tangent) return 0;
   const bool attach = contact == ContactKind::attach;
   const int usual =
       scheme == Scheme::hyper ? (attach ? kHyperAttachOrder : kHyperTouchOrder) : (attach ? kAttachOrder : kTouchOrder);
@@ -36,7 +35,7 @@ int PatchBuilder::modes_for(Scheme scheme, ContactKind contact, int order) {
 
 /// Holds all nodes far from the seeds. Returns false if some near nodes have no coordinates of their own.
 bool PatchBuilder::hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds) {
-  const std::vector<int> layer = graph_.distances(seeds, TwoLayer::kLayers);
+  const std::vector<int> layer = graph_.distances(seeds, kRingLayers);
   std::vector<std::uint8_t> held(held_.size(), 1);
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
     if (layer[i] == NodeGraph::kUnreached) continue;
@@ -55,8 +54,7 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   Patch& patch = made.patch;
   patch.scheme = request.scheme;
   patch.contact = port.kind;
-  patch.constant = request.scheme == Scheme::hold || request.scheme == Scheme::filtered;
-  patch.low_pass_hz = request.scheme == Scheme::filtered ? kFilteredHz : 0;
+  patch.constant = request.scheme == Scheme::hold;
   patch.tool = frame.tool(which).position;
   patch.tool_velocity = frame.tool(which).velocity;
   patch.force = port.kind == ContactKind::attach || port.touching ? Vec3(-port.lambda) : Vec3::Zero();
@@ -65,36 +63,31 @@ std::optional<BuiltPatch> PatchBuilder::build(FrameModel& frame, std::size_t whi
   patch.load_for = request.horizon;
   patch.trust_radius_m = extent_m_;
   if (patch.constant) return made;
-  if (request.scheme == Scheme::balanced && !balanced_) return std::nullopt;
   const bool hyper = request.scheme == Scheme::hyper;
-  if (hyper && !has_nonlinear_elements(dynamics_->body())) return fall_back(frame, which, request, Scheme::port);
-  if (request.scheme == Scheme::two_layer && dynamics_->body().is_solid()) return fall_back(frame, which, request, Scheme::ring);
+  if (hyper && !has_nonlinear_elements(dynamics_->body())) return fall_back(frame, which, request);
   // A matrix that is not definite on fewer coordinates may be definite on all. A body in the middle of a fold is definite for a
   // faster hand, and its own directions then are better than those of a body that cannot fold (docs/notebook.md, 25).
   constexpr double kFoldShiftFactor = 8;  // measured: 3 then 9, or 4 then 16, give the same within a decibel
   std::vector<SystemVariant> variants{SystemVariant{}};
-  if (request.scheme != Scheme::tangent && request.scheme != Scheme::balanced) variants.push_back({kFoldShiftFactor});
-  if (request.scheme != Scheme::balanced) variants.push_back({1, true});
-  const bool of_body_itself = request.scheme == Scheme::two_layer || request.scheme == Scheme::balanced;
+  if (request.scheme != Scheme::tangent) variants.push_back({kFoldShiftFactor});
+  variants.push_back({1, true});
   std::vector<FrameModel*> models{&frame};
-  if (!of_body_itself && &frame.refined() != &frame) models = {&frame.refined(), &frame};
+  if (&frame.refined() != &frame) models = {&frame.refined(), &frame};
   for (FrameModel* model : models)
     for (const SystemVariant& variant : variants) {
       BuiltPatch tried = made;
       if (!attempt({model, which, &request, variant}, tried)) continue;
-      if (hyper && tried.terms.variables == 0) return fall_back(frame, which, request, Scheme::port);
+      if (hyper && tried.terms.variables == 0) return fall_back(frame, which, request);
       return tried;
     }
   return std::nullopt;
 }
 
-std::optional<BuiltPatch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request,
-                                                  Scheme scheme) {
+std::optional<BuiltPatch> PatchBuilder::fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request) {
   PatchRequest other = request;
-  other.scheme = scheme;
+  other.scheme = Scheme::port;
   // More would leave next to no surface, and there are no terms that carry the rest.
-  if (scheme == Scheme::port && frame.ports()[which].kind == ContactKind::touch)
-    other.order = std::min(request.order, kTouchOrder);
+  if (frame.ports()[which].kind == ContactKind::touch) other.order = std::min(request.order, kTouchOrder);
   auto built = build(frame, which, other);
   if (built) built->fell_back = true;
   return built;
@@ -112,22 +105,18 @@ bool PatchBuilder::attempt(const Job& job, BuiltPatch& made) {
   const ToolPort& port = job.port();
   held_ = frame.held();
   if (job.hyper()) frame.select_subdomain(job.which);
-  if (scheme == Scheme::two_layer) return attempt_two_layer(job, made);
   if (scheme == Scheme::ring && !hold_far_nodes(frame, contact_nodes(port))) return false;
-  const bool grasp = port.kind == ContactKind::attach, balanced = scheme == Scheme::balanced;
+  const bool grasp = port.kind == ContactKind::attach;
   if (grasp) held_[frame.coordinate(port.node)] = 1;
-  Model model{linearisation_for(scheme, frame, held_), {}, nullptr, {}};
-  if (grasp || balanced) {
+  Model model{linearisation_for(scheme, frame, held_), {}, {}};
+  if (grasp) {
     model.residual = frame.forces_beside(job.which);
     mask(held_, model.residual);
     model.others = frame.other_nodes(job.which);
-  }
-  if (grasp) {
-    const bool built = build_grasp(job, model, solver_, memory_, made);
+    const bool built = build_grasp(job, model, made);
     made.solver_iterations += solver_.iterations();
     return built;
   }
-  if (balanced) return build_touch(job, model, nullptr, made);
   const double shift = job.shift(frame.shift(job.request->horizon));
   const double tolerance = scheme == Scheme::tangent ? kStaticTolerance : kBasisTolerance;
   SharedSystem* const p = scheme != Scheme::ring ? frame.system(shift, job.variant.clamp, tolerance)
@@ -135,33 +124,9 @@ bool PatchBuilder::attempt(const Job& job, BuiltPatch& made) {
                                                                                          : nullptr;
   if (!p) return false;
   const int before = p->iterations();
-  if (!respond(job, model, *p) || !build_touch(job, model, p, made)) return false;
+  if (!respond(job, model, *p) || !build_touch(job, model, *p, made)) return false;
   made.solver_iterations += p->iterations() - before;
   return true;
-}
-
-bool PatchBuilder::attempt_two_layer(const Job& job, BuiltPatch& made) {
-  if (!two_layer_) two_layer_ = std::make_unique<TwoLayer>(dynamics_->body());
-  const ToolPort& port = job.port();
-  LocalBody local = two_layer_->around(contact_nodes(port), held_);
-  const Dynamics dynamics(local.body);
-  const BodyState at_stamp = local.restricted(job.frame->state());
-  const WholeBody whole(dynamics, at_stamp);
-  if (port.kind == ContactKind::attach) local.body.fixed[local.index(port.node)] = 1;
-  const Linearisation at(whole, local.body.fixed);
-  Model model{at, local.restricted(job.frame->forces_beside(job.which)), &local, {}};
-  mask(local.body.fixed, model.residual);
-  if (port.kind == ContactKind::attach) {
-    ShiftedSolver solver(dynamics);
-    WarmStarts memory;
-    return build_grasp(job, model, solver, memory, made);
-  }
-  SharedSystem p(dynamics);
-  if (!p.prepare(at, job.shift(shift_for(job.request->horizon)), job.variant.clamp, kBasisTolerance)) return false;
-  const SharedSystem::PortPlace place{job.which, port.point, local.restricted(skin_->weights(port.point)), {}};
-  const Vector momentum = at.free_momentum();
-  if (!p.respond(std::span(&place, 1), {&model.residual, &momentum})) return false;
-  return build_touch(job, model, &p, made);
 }
 
 /// Returns the number of modes that fit into a datagram with the tools that are contacts.
@@ -182,10 +147,6 @@ bool PatchBuilder::reduce(const Job& job, const Model& model, PortModel& port, B
   const int modes = modes_beside(job, model.others);
   assert(modes > 0 && modes <= kMaxModes);
   frame.enter(BuildPhase::basis);
-  if (port.balanced) {
-    const Matrix basis = restricted_basis(*port.balanced, modes, dynamics_->masses(), held_);
-    return take_basis(job, model, basis, model.at.projected(basis), made, reduced);
-  }
   const KrylovSolve solve = [&](std::span<const SolveColumn> columns) {
     frame.enter(BuildPhase::solve);
     const bool definite = port.solve(columns);
@@ -261,7 +222,6 @@ bool PatchBuilder::take_basis(const Job& job, const Model& model, const Matrix& 
 
 /// Adds relaxation on the modes, after the rows of the tool's node if it is held.
 void PatchBuilder::add_fading(const Job& job, const Model& model, const Matrix& v, Patch& patch) const {
-  if (model.local) return;  // of springs
   const std::vector<Vector>& fading = job.frame->fading();
   patch.fading.count = static_cast<int>(fading.size());
   for (std::size_t k = 0; k < fading.size(); ++k) {

@@ -1,21 +1,17 @@
 // Builds patches from a body: linearises at a port, reduces, and fills in what patch.hpp defines. One call per scheme and
 // station.
 //
-//   hold, filtered   the force at the stamp
-//   tangent          static stiffness at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
-//   ring             the nodes within TwoLayer::kLayers layers of the contact, all others held still, reduced like `port`
-//   two-layer        those nodes, with outer elements and masses that represent the rest of the body (two_layer.hpp), reduced
-//                    like `port`; forces and velocities at the stamp are the body's own; for a body of finite elements `ring` is
-//                    built instead, and the patch reports it
-//   balanced         the whole body, balanced off-line at its rest state for this contact (balanced_basis.hpp)
-//   port             the whole body; the modes of a touch are chosen from rational Krylov directions at the port (basis.hpp,
-//                    linear_rollouts.hpp), those of a grasp are the first of them
-//   hyper            the whole body, a basis for its likely motions (pod_basis.hpp), and in addition to the linear patch some of
-//                    its elements (fit_nonlinear_terms.hpp); if that fails, `port` is built, and the patch reports it
+//   hold      the force at the stamp
+//   tangent   static stiffness at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
+//   ring      the nodes of the contact and their neighbours, all others held still, reduced like `port`
+//   port      the whole body; the modes of a touch are chosen from rational Krylov directions at the port (basis.hpp,
+//             linear_rollouts.hpp), those of a grasp are the first of them
+//   hyper     the whole body, a basis for its likely motions (pod_basis.hpp), and in addition to the linear patch some of its
+//             elements (fit_nonlinear_terms.hpp); if that fails, `port` is built, and the patch reports it
 //
 // All but the first two are one pipeline for both kinds of port: the body's responses to the port under P = s^2 M + s D + K
-// (PortModel), a basis of these, K and D on the basis, and the contributions of the port. For a large body all but `two-layer`
-// and `balanced` use a coarser model of the part far from the tools (refined_body.hpp).
+// (PortModel), a basis of these, K and D on the basis, and the contributions of the port. For a large body they use a coarser
+// model of the part far from the tools (refined_body.hpp).
 //
 // K and D are the symmetric tangents, so an orthogonal projection keeps them positive semi-definite where the body's own are. A
 // compressed body may have a direction without stiffness, or with a negative one along which it snaps. There a linear model would
@@ -31,13 +27,13 @@
 #include <optional>
 
 #include "server/body/integrator.hpp"
-#include "server/reduce/balanced_basis.hpp"
 #include "server/reduce/fit_nonlinear_terms.hpp"
 #include "server/reduce/frame_model.hpp"
 #include "server/reduce/linear_rollouts.hpp"
+#include "server/reduce/local_body.hpp"
+#include "server/reduce/node_graph.hpp"
 #include "server/reduce/pod_basis.hpp"
 #include "server/reduce/static_indentation.hpp"
-#include "server/reduce/two_layer.hpp"
 
 namespace palpate {
 
@@ -72,8 +68,8 @@ struct BuiltPatch {
   Patch patch;
   NonlinearTerms terms;  ///< terms of the patch; no variables: none
   PatchModes modes;      ///< for scheme `hyper`
-  /// True if `port` was built instead of `hyper` (a law that is not smooth, finite elements of several laws, springs too stiff
-  /// for the player's step), or `ring` instead of `two-layer` (a body of finite elements).
+  /// True if `port` was built instead of `hyper`: a law that is not smooth, finite elements of several laws, springs too stiff
+  /// for the player's step.
   bool fell_back = false;
   double psd_change_1_s2 = 0;  ///< largest change of the stiffness of a mode
   int solver_iterations = 0;
@@ -89,11 +85,10 @@ class PatchBuilder {
   static constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
   /// Number of Krylov directions from which the modes of a touch are chosen. Measured: 24 and 32 are the same within 0.1 dB.
   static constexpr int kCandidates = 16;
-  static constexpr double kFilteredHz = 10;  ///< cut-off of `filtered` [Hz]: the paper's, its model rate
+  static constexpr int kRingLayers = 1;  ///< layers of neighbours that `ring` keeps: the paper's
 
-  /// `softest_1_s2`: lower bound of a mode's stiffness, softest_stiffness() of the body. `balanced`: off-line bases, shared by
-  /// the builders of a body; without them there is no patch of scheme `balanced`.
-  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2, BalancedBases* balanced = nullptr);
+  /// `softest_1_s2`: lower bound of a mode's stiffness, softest_stiffness() of the body.
+  PatchBuilder(const Dynamics& dynamics, const Skin& skin, double softest_1_s2);
 
   /// Builds a patch for port `which` of the frame; the caller sets seq and stamp. Returns none if the port's matrix cannot be
   /// solved.
@@ -125,10 +120,8 @@ class PatchBuilder {
   /// The body that is reduced, or some of its nodes.
   struct Model {
     Linearisation at;
-    Vector residual;                   ///< F* of its nodes, with the loads of other tools; zero for held nodes
-    const LocalBody* local = nullptr;  ///< null: all of the body
-    OtherTools others;                 ///< those whose growing load or springs are included
-    PortRows rows(std::uint32_t node, const Matrix& v) const { return local ? local->rows(node, v) : at.body->rows(node, v); }
+    Vector residual;    ///< F* of its nodes, with the loads of other tools; zero for held nodes
+    OtherTools others;  ///< those whose growing load or springs are included
   };
 
   /// Responses of the model to the port, and the inputs of its basis.
@@ -139,7 +132,6 @@ class PatchBuilder {
     std::span<const Vector> push, slide_loads;  ///< B, and B_end lambda_end - B lambda; for a touch of scheme `port`
     Matrix prescribed;                          ///< motion of the tool's node with the tool, 3 N x 3; no columns for touch
     SnapshotSet snapshots;                      ///< for scheme `hyper`, without those that all ports share
-    std::optional<Matrix> balanced;             ///< directions of scheme `balanced`
   };
 
   struct Reduced {
@@ -150,8 +142,7 @@ class PatchBuilder {
   };
 
   bool attempt(const Job& job, BuiltPatch& made);
-  bool attempt_two_layer(const Job& job, BuiltPatch& made);
-  std::optional<BuiltPatch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request, Scheme scheme);
+  std::optional<BuiltPatch> fall_back(FrameModel& frame, std::size_t which, const PatchRequest& request);
   int modes_beside(const Job& job, const OtherTools& others) const;
   bool reduce(const Job& job, const Model& model, PortModel& port, BuiltPatch& made, Reduced& reduced);
   RolloutLoads rollout_loads(const Job& job, const Model& model, const PortModel& port, const Matrix& w) const;
@@ -164,26 +155,24 @@ class PatchBuilder {
   bool hold_far_nodes(const FrameModel& frame, const std::vector<std::uint32_t>& seeds);
 
   // patch_builder_grasp.cpp
-  bool build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, WarmStarts& memory, BuiltPatch& made);
+  bool build_grasp(const Job& job, const Model& model, BuiltPatch& made);
 
   // patch_builder_touch.cpp
   bool respond(const Job& job, Model& model, SharedSystem& p);
   void add_other_tools(const Job& job, const Model& model, const SharedSystem& p, const Matrix& v, Patch& patch) const;
-  bool build_touch(const Job& job, const Model& model, SharedSystem* p, BuiltPatch& made);
+  bool build_touch(const Job& job, const Model& model, SharedSystem& p, BuiltPatch& made);
   PortModel touch_model(const Job& job, const Model& model, SharedSystem& p);
   void add_touch_snapshots(const Job& job, const Model& model, const SharedSystem& p, const Vec3& inwards, PortModel& port);
 
   const Dynamics* dynamics_;
   const Skin* skin_;
-  BalancedBases* balanced_;
   NodeGraph graph_;
   double softest_1_s2_ = 0, extent_m_ = 0, spacing_m_ = 0;
   std::vector<std::uint8_t> held_;
   ShiftedSolver solver_;  // for a grasp: its own node is held
   SharedSystem ring_;     // for a ring: its far nodes are held
   WarmStarts memory_, response_memory_;
-  std::unique_ptr<TwoLayer> two_layer_;               // created on demand
-  std::unique_ptr<StaticIndentations> indentations_;  // likewise
+  std::unique_ptr<StaticIndentations> indentations_;  // created on demand
 };
 
 }  // namespace palpate

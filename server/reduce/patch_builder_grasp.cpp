@@ -50,10 +50,10 @@ std::optional<Mat3> released(const Linearisation& at, ShiftedSolver& solver, con
 
 }  // namespace
 
-bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver& solver, WarmStarts& memory, BuiltPatch& made) {
+bool PatchBuilder::build_grasp(const Job& job, const Model& model, BuiltPatch& made) {
   const Linearisation& at = model.at;
   const PatchRequest& request = *job.request;
-  const std::uint32_t node = model.local ? model.local->index(job.port().node) : at.body->coordinate(job.port().node);
+  const std::uint32_t node = at.body->coordinate(job.port().node);
   const auto row = 3 * static_cast<Eigen::Index>(node);
   Patch& patch = made.patch;
   assert(node != BodyOperator::kNone && row + 3 <= at.masses().size() && (*at.held)[node]);
@@ -61,10 +61,9 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   patch.k_port = symmetric(tool.k_port);
   patch.d_port = symmetric(tool.d_port);
   const double shift = job.shift(shift_for(request.horizon));
-  const bool balanced = request.scheme == Scheme::balanced;
-  if (!balanced && !solver.prepare(at, shift, job.variant.clamp)) return false;
+  if (!solver_.prepare(at, shift, job.variant.clamp)) return false;
   if (request.scheme == Scheme::tangent) {
-    const auto yields = released(at, solver, tool.k, memory);
+    const auto yields = released(at, solver_, tool.k, memory_);
     if (!yields) return false;
     patch.k_port -= *yields;
     patch.d_port.setZero();
@@ -75,19 +74,15 @@ bool PatchBuilder::build_grasp(const Job& job, const Model& model, ShiftedSolver
   PortModel port;
   port.shift_1_s = shift;
   port.prescribed = Matrix::Zero(at.masses().size(), job.hyper() ? 3 : 0);
-  if (balanced) {
-    port.balanced = balanced_->grasped(job.port().node);
-  } else {
-    std::vector<Vector> inputs;
-    for (std::size_t axis = 0; axis < 3; ++axis) inputs.push_back(-tool.k[axis] - shift * tool.d[axis]);
-    inputs.push_back(model.residual);
-    inputs.push_back(at.free_momentum());
-    if (!solve_inputs(at, solver, inputs, kBasisTolerance, memory)) return false;
-    port.start = {{memory.begin(), memory.begin() + 3}, {}, memory[3], memory[4]};
-    port.solve = remembering(at, solver, kBasisTolerance, inputs.size(), memory);
-  }
+  std::vector<Vector> inputs;
+  for (std::size_t axis = 0; axis < 3; ++axis) inputs.push_back(-tool.k[axis] - shift * tool.d[axis]);
+  inputs.push_back(model.residual);
+  inputs.push_back(at.free_momentum());
+  if (!solve_inputs(at, solver_, inputs, kBasisTolerance, memory_)) return false;
+  port.start = {{memory_.begin(), memory_.begin() + 3}, {}, memory_[3], memory_[4]};
+  port.solve = remembering(at, solver_, kBasisTolerance, inputs.size(), memory_);
   if (job.hyper()) {
-    port.solve = [&](std::span<const SolveColumn> columns) { return solver.solve(at, columns, kBasisTolerance); };
+    port.solve = [&](std::span<const SolveColumn> columns) { return solver_.solve(at, columns, kBasisTolerance); };
     const Vec3 far = expected_motion(job.tool(), seconds(request.horizon));
     for (Eigen::Index axis = 0; axis < (dynamics_->body().planar ? 2 : 3); ++axis) port.prescribed(row + axis, axis) = 1;
     for (Eigen::Index axis = 0; axis < 3; ++axis)

@@ -64,8 +64,8 @@ bool PatchBuilder::respond(const Job& job, Model& model, SharedSystem& p) {
   return true;
 }
 
-/// Requires that `p` has responded; it is null for scheme `balanced`.
-bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem* p, BuiltPatch& made) {
+/// Requires that `p` has responded.
+bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem& p, BuiltPatch& made) {
   FrameModel& frame = *job.frame;
   const ToolPort& port = job.port();
   const PatchRequest& request = *job.request;
@@ -77,10 +77,9 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
   reduced.v.resize(model.at.masses().size(), 0);
   const Matrix& v = reduced.v;
   if (request.scheme == Scheme::tangent) {
-    patch.c_static = port_compliance(*p, job.which, model.others);
+    patch.c_static = port_compliance(p, job.which, model.others);
   } else {
-    PortModel of_port = p ? touch_model(job, model, *p) : PortModel{};
-    if (!p) of_port.balanced = balanced_->touched(port.point);
+    PortModel of_port = touch_model(job, model, p);
     if (!reduce(job, model, of_port, made, reduced)) return false;
   }
   const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count,
@@ -89,16 +88,16 @@ bool PatchBuilder::build_touch(const Job& job, const Model& model, SharedSystem*
     const Matrix none(v.rows(), 0), stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, none, stiffness, vertices, reduced, made);
   }
-  if (p && request.scheme != Scheme::tangent && v.cols() < 3) {  // none for some axis of the port
+  if (request.scheme != Scheme::tangent && v.cols() < 3) {  // none for some axis of the port
     PortRows rows(3, v.cols());
-    for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p->port(job.which).b, v.col(m));
-    patch.c_static = residual_compliance(port_compliance(*p, job.which, model.others), rows, patch, p->shift());
+    for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(p.port(job.which).b, v.col(m));
+    patch.c_static = residual_compliance(port_compliance(p, job.which, model.others), rows, patch, p.shift());
   }
-  if (p) add_other_tools(job, model, *p, v, patch);
+  add_other_tools(job, model, p, v, patch);
   frame.enter(BuildPhase::other);
   const bool with_terms = made.terms.variables > 0;
   const SurfacePiece first = cut_port_surface(
-      *skin_, frame.positions(), [&](std::uint32_t node) { return model.rows(node, v); }, port.point,
+      *skin_, frame.positions(), [&](std::uint32_t node) { return model.at.body->rows(node, v); }, port.point,
       (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon) * job.tool().velocity, vertices,
       with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching)  // the instant part has yielded already at the stamp

@@ -10,10 +10,7 @@
 namespace palpate {
 
 FramePatches::FramePatches(SteppedBody& body)
-    : body_(&body),
-      balanced_(body.dynamics(), body.skin(), body.rest()),
-      frame_model_(body.dynamics(), body.skin()),
-      prediction_(body, frame_model_) {}
+    : body_(&body), frame_model_(body.dynamics(), body.skin()), prediction_(body, frame_model_) {}
 
 void FramePatches::clear() {
   stations_.clear();
@@ -46,7 +43,7 @@ void FramePatches::sync_stations(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     Station& station = stations_[j.id];
     if (!station.builder)
-      station.builder = std::make_unique<PatchBuilder>(body_->dynamics(), body_->skin(), body_->softest_1_s2(), &balanced_);
+      station.builder = std::make_unique<PatchBuilder>(body_->dynamics(), body_->skin(), body_->softest_1_s2());
   }
   std::erase_if(stations_, [&](const auto& entry) {
     return std::none_of(job.stations.begin(), job.stations.end(), [&](const StationJob& j) { return j.id == entry.first; });

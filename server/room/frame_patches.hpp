@@ -69,7 +69,6 @@ class FramePatches {
   StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
 
   SteppedBody* body_;
-  BalancedBases balanced_;
   FrameModel frame_model_;
   StatePrediction prediction_;
   std::map<StationId, Station> stations_;

@@ -9,7 +9,6 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "common/player/player.hpp"
-#include "server/reduce/two_layer.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -211,7 +210,7 @@ TEST_CASE("A grasp patch of full order plays what the dense linear model of the 
 }
 
 TEST_CASE("A grasp patch is passive even where the compressed body is not") {
-  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer, Scheme::tangent, Scheme::hyper);
+  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::tangent, Scheme::hyper);
   int projected = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     BuilderBench bench(box_body(4, 4, 4), ContactKind::attach, 0, 0);
@@ -225,7 +224,7 @@ TEST_CASE("A grasp patch is passive even where the compressed body is not") {
 }
 
 TEST_CASE("K is diagonal, ascending and not negative, D is symmetric and not negative, for every scheme with modes") {
-  const auto scheme = GENERATE(Scheme::port, Scheme::ring, Scheme::two_layer);
+  const auto scheme = GENERATE(Scheme::port, Scheme::ring);
   const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
   const double shift_m = GENERATE(0.0, 0.001, 0.004);
   BuilderBench bench(box_body(4, 4, 4), kind, shift_m, 0.1);
@@ -264,53 +263,6 @@ TEST_CASE("ring holds the far nodes and is therefore stiffer than the body in ev
   CHECK((port - body).norm() < 0.01 * body.norm());
 }
 
-TEST_CASE("A two-layer patch responds as the unreduced local model at the matched frequency, and starts as the body does") {
-  BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0.0005, 0.05);
-  const std::uint32_t node = 2 + 6 * (2 + 6 * 5);
-  bench.attach(node);
-  const Patch patch = bench.build(Scheme::two_layer);
-  const SecondOrderSystem local = two_layer_system(bench.dynamics, bench.state, node);
-  CHECK(patch.modes() < local.size());
-  const Matrix exact = TransferFunction(local)(kBuilderShift).real();
-  CHECK((stiffness_at(patch, kBuilderShift) - exact).norm() < 1e-8 * exact.norm());
-  CHECK((patch.force - bench.dynamics.element_force(bench.state, node)).norm() < 1e-12);
-
-  // The body's velocity lies in the basis, so its kinetic energy there is that of the rescaled masses.
-  double energy = 0;
-  for (Eigen::Index i = 0; i < local.size(); ++i)
-    energy += local.mass[i] * std::pow(bench.state.v[local.coordinates[static_cast<std::size_t>(i)]], 2);
-  CHECK(patch.q_rate.squaredNorm() == Approx(energy).epsilon(1e-9));
-}
-
-TEST_CASE("Asked for two-layer on a body of finite elements, the builder makes the ring patch and says so") {
-  const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
-  const bool hexahedra = GENERATE(false, true);
-  const auto build = [&](Scheme scheme, bool& fell_back) {
-    BuilderBench bench(hexahedra ? hexa_box(5, 5, 5, {}) : solid_box(5, 5, 5, {}), kind, 0.0005, 0.05);
-    bench.attach(112).touch(20, Vec3(0.3, 0.3, 0.4));
-    const BuiltPatch built = bench.built(scheme);
-    fell_back = built.fell_back;
-    return built.patch;
-  };
-  bool fell_back = false;
-  const Patch ring = build(Scheme::ring, fell_back);
-  CHECK_FALSE(fell_back);
-  const Patch patch = build(Scheme::two_layer, fell_back);
-  CHECK(fell_back);
-  CHECK(patch.scheme == Scheme::ring);
-  CHECK(patch.stiffness == ring.stiffness);
-  CHECK(patch.k_port == ring.k_port);
-  CHECK(patch.g == ring.g);
-}
-
-TEST_CASE("A two-layer patch is pushed by the body's own residual force, not by that of rescaled springs") {
-  // Stretched evenly: inside, every node is in equilibrium though every spring is in tension.
-  BuilderBench bench(box_body(6, 6, 6), ContactKind::attach, 0, 0);
-  for (Eigen::Index i = 2; i < bench.state.x.size(); i += 3) bench.state.x[i] *= 1.05;
-  bench.attach(2 + 6 * (2 + 6 * 3));
-  CHECK(bench.build(Scheme::two_layer).g.norm() < 1e-9);
-}
-
 TEST_CASE(
     "A touch patch carries the body's surface at the stamp, moves it as the body moves, and yields as the body at the matched "
     "frequency") {
@@ -342,15 +294,13 @@ TEST_CASE(
   CHECK((Matrix(rows) * dynamic.lu().solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
 }
 
-TEST_CASE("hold and filtered show the force at the stamp and nothing else") {
+TEST_CASE("hold shows the force at the stamp and nothing else") {
   BuilderBench bench(box_body(3, 3, 3), ContactKind::attach, 0.001, 0.05);
   bench.attach(22);
-  const Patch hold = bench.build(Scheme::hold), filtered = bench.build(Scheme::filtered);
+  const Patch hold = bench.build(Scheme::hold);
   CHECK(hold.constant);
   CHECK(hold.modes() == 0);
   CHECK((hold.force - bench.dynamics.element_force(bench.state, 22)).norm() < 1e-15);
-  CHECK(hold.low_pass_hz == 0);
-  CHECK(filtered.low_pass_hz == 10);
   CHECK(hold.valid_for > kBuilderHorizon);
   CHECK(hold.trust_radius_m > 0);
 }

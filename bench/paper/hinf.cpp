@@ -1,4 +1,4 @@
-#include "server/systems/hinf.hpp"
+#include "bench/paper/hinf.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

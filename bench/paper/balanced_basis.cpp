@@ -1,4 +1,4 @@
-#include "server/reduce/balanced_basis.hpp"
+#include "bench/paper/balanced_basis.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

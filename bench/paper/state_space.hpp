@@ -2,7 +2,7 @@
 //     G(s) = C (s I - A)^-1 B + D0 + s D1
 #pragma once
 
-#include "server/linear/second_order.hpp"
+#include "bench/paper/second_order.hpp"
 
 namespace palpate {
 

@@ -1,11 +1,10 @@
-// The off-line bases of the scheme `balanced`, and the patches made from them.
-#include "server/reduce/balanced_basis.hpp"
+// The off-line bases of the scheme `balanced`.
+#include "bench/paper/balanced_basis.hpp"
 
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
-#include "server/reduce/patch_builder.hpp"
-#include "server/systems/balance.hpp"
+#include "bench/paper/balance.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -83,28 +82,4 @@ TEST_CASE("A body that is fixed nowhere gets a basis too") {
   CHECK(grasped.allFinite());
   CHECK(touched.cols() >= 8);
   CHECK(grasped.cols() >= 8);
-}
-
-TEST_CASE("A patch of the scheme balanced passes the receiver's check, at rest and compressed, in a grasp and in a touch") {
-  const auto kind = GENERATE(ContactKind::attach, ContactKind::touch);
-  BalancedBlock block(box_body(4, 4, 4));
-  PatchBuilder builder(block.dynamics, block.skin, 0, &block.bases);
-  for (const double shift_m : {0.0, 0.001, 0.01}) {
-    const BodyState state = random_state(block.dynamics, 3, shift_m, 0.1);
-    std::vector<ToolPort> ports(1);
-    ports[0].kind = kind;
-    ports[0].node = 54;
-    ports[0].point = {20, Vec3(0.3, 0.3, 0.4)};
-    ports[0].parameters = {1000, 0.3};
-    PatchRequest request;
-    request.scheme = Scheme::balanced;
-    const ToolAt tool{node_of(state.x, 54), Vec3::Zero()};
-    FrameModel frame(block.dynamics, block.skin);
-    frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-    const auto built = builder.build(frame, 0, request);
-    REQUIRE(built);
-    CHECK(check(built->patch) == PatchFault::none);
-    CHECK(built->patch.modes() == (kind == ContactKind::attach ? 11 : 8));
-    CHECK(built->solver_iterations == 0);
-  }
 }

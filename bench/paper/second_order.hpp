@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "bench/paper/dynamic_stiffness.hpp"
 #include "server/body/dynamics.hpp"
-#include "server/linear/dynamic_stiffness.hpp"
 
 namespace palpate {
 

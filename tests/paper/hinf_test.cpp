@@ -1,10 +1,10 @@
 // The computed H-infinity norm against closed forms and dense sampling.
-#include "server/systems/hinf.hpp"
+#include "bench/paper/hinf.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/linear/small_systems.hpp"
+#include "tests/paper/small_systems.hpp"
 
 using namespace palpate;
 using namespace palpate::test;

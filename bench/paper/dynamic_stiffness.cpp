@@ -1,4 +1,4 @@
-#include "server/linear/dynamic_stiffness.hpp"
+#include "bench/paper/dynamic_stiffness.hpp"
 
 namespace palpate {
 namespace {

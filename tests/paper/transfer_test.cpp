@@ -1,7 +1,7 @@
 // Linear systems at a port against dense linear algebra.
 #include <catch2/catch.hpp>
 
-#include "tests/linear/small_systems.hpp"
+#include "tests/paper/small_systems.hpp"
 
 using namespace palpate;
 using namespace palpate::test;

@@ -22,8 +22,8 @@
 #include <optional>
 #include <vector>
 
+#include "bench/paper/low_rank_gramian.hpp"
 #include "server/body/skin.hpp"
-#include "server/linear/low_rank_gramian.hpp"
 
 namespace palpate {
 

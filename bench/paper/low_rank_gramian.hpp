@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/linear/second_order.hpp"
+#include "bench/paper/second_order.hpp"
 
 namespace palpate {
 

@@ -1,8 +1,8 @@
 // P(s) = s^2 M + s D + K of a second-order system, factorised for any complex s; the pattern is analysed once.
 #pragma once
 
+#include "bench/paper/symmetric_factor.hpp"
 #include "server/body/block_matrix.hpp"
-#include "server/linear/symmetric_factor.hpp"
 
 namespace palpate {
 

@@ -11,7 +11,7 @@
 
 #include <functional>
 
-#include "server/systems/balance.hpp"
+#include "bench/paper/balance.hpp"
 
 namespace palpate {
 

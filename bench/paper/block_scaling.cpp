@@ -1,4 +1,4 @@
-#include "server/reduce/block_scaling.hpp"
+#include "bench/paper/block_scaling.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

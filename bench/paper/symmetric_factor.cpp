@@ -1,4 +1,4 @@
-#include "server/linear/symmetric_factor.hpp"
+#include "bench/paper/symmetric_factor.hpp"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/linear/low_rank_gramian.hpp"
+#include "bench/paper/low_rank_gramian.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

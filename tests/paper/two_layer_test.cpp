@@ -1,11 +1,11 @@
 // The two-layer local model: exact in one dimension, otherwise close to the body at both ends of the frequency range.
-#include "server/reduce/two_layer.hpp"
+#include "bench/paper/two_layer.hpp"
 
 #include <Eigen/QR>
 #include <catch2/catch.hpp>
 
-#include "server/reduce/block_scaling.hpp"
-#include "server/systems/state_space.hpp"
+#include "bench/paper/block_scaling.hpp"
+#include "bench/paper/state_space.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

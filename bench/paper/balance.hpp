@@ -15,8 +15,8 @@
 // (1983).
 #pragma once
 
-#include "server/linear/low_rank_gramian.hpp"
-#include "server/systems/state_space.hpp"
+#include "bench/paper/low_rank_gramian.hpp"
+#include "bench/paper/state_space.hpp"
 
 namespace palpate {
 

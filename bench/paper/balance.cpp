@@ -1,4 +1,4 @@
-#include "server/systems/balance.hpp"
+#include "bench/paper/balance.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

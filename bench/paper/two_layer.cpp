@@ -1,10 +1,10 @@
-#include "server/reduce/two_layer.hpp"
+#include "bench/paper/two_layer.hpp"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
-#include "server/reduce/block_scaling.hpp"
+#include "bench/paper/block_scaling.hpp"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/linear/second_order.hpp"
+#include "bench/paper/second_order.hpp"
 
 #include <Eigen/Cholesky>
 #include <stdexcept>

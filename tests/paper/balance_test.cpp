@@ -1,10 +1,10 @@
 // Balanced truncation against dense Gramians, its own bound, and known figures of the paper's mesh.
-#include "server/systems/balance.hpp"
+#include "bench/paper/balance.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "server/systems/hinf.hpp"
-#include "tests/linear/small_systems.hpp"
+#include "bench/paper/hinf.hpp"
+#include "tests/paper/small_systems.hpp"
 
 using namespace palpate;
 using namespace palpate::test;

@@ -1,4 +1,4 @@
-#include "server/systems/state_space.hpp"
+#include "bench/paper/state_space.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

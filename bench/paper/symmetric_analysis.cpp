@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "server/linear/symmetric_factor.hpp"
+#include "bench/paper/symmetric_factor.hpp"
 
 namespace palpate {
 namespace {

@@ -4,8 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "bench/paper/state_space.hpp"
 #include "server/scene/scene.hpp"
-#include "server/systems/state_space.hpp"
 #include "tests/support/bodies.hpp"
 
 namespace palpate::test {
