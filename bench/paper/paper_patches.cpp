@@ -3,17 +3,17 @@
 #include <Eigen/Eigenvalues>
 #include <cassert>
 
+#include "bench/paper/local_models.hpp"
 #include "common/wire/codec.hpp"
 #include "server/body/settle.hpp"
-#include "server/reduce/frame_model.hpp"
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "server/reduce/port_surface.hpp"
 #include "server/reduce/psd_projection.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kKrylovTolerance = 1e-2;  // as a server's (patch_builder.cpp)
+constexpr double kKrylovTolerance = 1e-2;  // as a server's (patch_build.cpp)
 constexpr double kTrustedSpacings = 6;     // likewise
 
 /// K e_i and D e_i for the axes of a node, without the held nodes.
@@ -94,14 +94,13 @@ std::optional<Matrix> PaperPatches::krylov(const Reduced& body, const Dynamics& 
   const double shift = shift_for(horizon);
   ShiftedSolver solver(dynamics);
   if (!solver.prepare(body.at, shift, false)) return std::nullopt;
-  WarmStarts none;
-  return krylov_basis(body.at, solver, inputs, fine, body.residual, {modes, shift, kKrylovTolerance}, none);
+  return krylov_directions(body.at, solver, {inputs, fine, body.residual}, {modes, shift}, kKrylovTolerance);
 }
 
 std::optional<Patch> PaperPatches::reduce(const Reduced& body, const Room::Origin& at, const Patch& held, Micros horizon) {
   const ToolPort& port = at.port;
   const bool grasp = port.kind == ContactKind::attach;
-  const int modes = PatchBuilder::modes_for(Scheme::port, port.kind, 0);
+  const int modes = modes_for(Scheme::port, port.kind, 0);
   Patch patch = held;
   patch.scheme = Scheme::port;
   patch.constant = false;

@@ -8,7 +8,7 @@
 //   balanced    the whole body; V: balanced off-line at the body's rest state for this contact (balanced_basis.hpp)
 //
 // Each mode is at least as stiff as the softest mode of the body at rest, and a grasp is projected to be passive, as in a
-// server's patches (patch_builder.hpp).
+// server's patches (patch_build.hpp).
 //
 // Shapes: N nodes; V 3 N x r [kg^-1/2]; K, D r x r [1/s^2], [1/s].
 // Limits: one tool; no relaxation. `two-layer` is for bodies of springs.

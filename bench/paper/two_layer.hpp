@@ -21,9 +21,9 @@
 // does. Source: Cavusoglu and Tendick, sections 5, 5.1 and 5.2, figs 10, 14 and 16.
 #pragma once
 
+#include "bench/paper/node_graph.hpp"
 #include "bench/paper/second_order.hpp"
 #include "server/reduce/local_body.hpp"
-#include "server/reduce/node_graph.hpp"
 
 namespace palpate {
 

@@ -1,5 +1,5 @@
 // Patches against dense linear algebra on the whole body: properties that a reduction must keep.
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -24,7 +24,6 @@ struct BuilderBench {
   Dynamics dynamics{body};
   Skin skin{body};
   BodyState state;
-  PatchBuilder builder{dynamics, skin, 0};
   std::vector<ToolPort> ports{1};
   PatchRequest request;
   ToolAt tool_at;
@@ -51,9 +50,9 @@ struct BuilderBench {
   BuiltPatch built(Scheme scheme, int order = 0) {
     request.scheme = scheme;
     request.order = order;
-    FrameModel frame(dynamics, skin);
+    FrameModel frame(dynamics, skin, 0);
     frame.begin(state, ports, std::span(&tool_at, 1), request.horizon);
-    auto made = builder.build(frame, 0, request);
+    auto made = build_patch(frame, 0, request);
     REQUIRE(made);
     REQUIRE(check(made->patch) == PatchFault::none);
     return *made;
@@ -127,8 +126,16 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
   for (int axis = 0; axis < 3; ++axis) inputs.push_back(Vector::Unit(bench.state.x.size(), 3 * 53 + axis));
   Vector residual;
   bench.dynamics.forces(bench.state.x, bench.state.v, residual);
-  WarmStarts memory;
-  const auto basis = krylov_basis(at, solver, inputs, {}, residual, {kMaxModes, kBuilderShift, 1e-8}, memory);
+  const auto directions = [&](const std::vector<Vector>& ports, const Vector& own, int modes) {
+    const KrylovSolve solve = [&](std::span<const SolveColumn> columns) { return solver.solve(at, columns, 1e-8); };
+    KrylovStart start;
+    start.ports.resize(ports.size());
+    for (std::size_t k = 0; k < ports.size(); ++k) REQUIRE(solver.solve(at, ports[k], 1e-8, start.ports[k]));
+    REQUIRE(solver.solve(at, own, 1e-8, start.residual));
+    REQUIRE(solver.solve(at, at.free_momentum(), 1e-8, start.motion));
+    return krylov_basis(at, start, solve, {modes, kBuilderShift});
+  };
+  const auto basis = directions(inputs, residual, kMaxModes);
   REQUIRE(basis);
   const Matrix& v = *basis;
   CHECK(v.cols() == kMaxModes);
@@ -138,8 +145,7 @@ TEST_CASE("A Krylov basis is orthonormal in the mass matrix and leaves held node
 
   // A repeated direction adds nothing.
   inputs.push_back(inputs[0] + inputs[1]);
-  WarmStarts fresh;
-  const auto repeated = krylov_basis(at, solver, inputs, {}, Vector::Zero(residual.size()), {4, kBuilderShift, 1e-8}, fresh);
+  const auto repeated = directions(inputs, Vector::Zero(residual.size()), 4);
   REQUIRE(repeated);
   const Matrix& w = *repeated;
   CHECK((w.leftCols(3) - v.leftCols(3)).norm() < 1e-6 * w.norm());
@@ -333,10 +339,9 @@ TEST_CASE("No mode of a touch patch is softer than it is told, however the body 
     BuilderBench bench(box_body(4, 4, 4), ContactKind::touch, 0.009, 0.1);
     bench.touch(40, Vec3(0.3, 0.3, 0.4));
     bench.request.scheme = Scheme::port;
-    PatchBuilder builder(bench.dynamics, bench.skin, floor_1_s2);
-    FrameModel frame(bench.dynamics, bench.skin);
+    FrameModel frame(bench.dynamics, bench.skin, floor_1_s2);
     frame.begin(bench.state, bench.ports, std::span(&bench.tool_at, 1), bench.request.horizon);
-    const auto built = builder.build(frame, 0, bench.request);
+    const auto built = build_patch(frame, 0, bench.request);
     REQUIRE(built);
     REQUIRE(built->patch.modes() > 0);
     CHECK(built->patch.stiffness.minCoeff() >= floor_1_s2);

@@ -1,4 +1,4 @@
-#include "server/reduce/node_graph.hpp"
+#include "bench/paper/node_graph.hpp"
 
 #include <cassert>
 
