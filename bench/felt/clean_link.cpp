@@ -7,8 +7,7 @@ namespace palpate {
 namespace {
 
 Scheme scheme_of(const ClientReport& report) {
-  const auto scheme = scheme_from_name(report.scheme);
-  if (scheme && is_available(*scheme)) return *scheme;
+  if (const auto scheme = scheme_from_name(report.scheme)) return *scheme;
   throw InputError("--clean-rtt-ms", "the report names " + (report.scheme.empty() ? "no scheme" : "\"" + report.scheme + "\""),
                    "a scheme of this build in run.scheme of its summary.json");
 }

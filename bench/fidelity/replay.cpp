@@ -1,6 +1,9 @@
 #include "bench/fidelity/replay.hpp"
 
 #include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
 
 #include "bench/fidelity/join.hpp"
 #include "bench/fidelity/reference.hpp"
@@ -97,6 +100,23 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
   result.age_p95 = from_seconds(1e-6 * percentile(std::move(ages_us), 0.95));
 }
 
+/// Replaces the patches of a frame by those that `make` makes of the same states.
+void replace_patches(const Room& room, const FrameJob& job, const PatchMaker& make, FrameResult& result) {
+  for (std::size_t k = 0; k < result.stations.size(); ++k) {
+    StationFrame& station = result.stations[k];
+    const auto origin = station.patch ? room.origin(station.id) : std::nullopt;
+    if (!origin) continue;  // no patch, or the fading force of a released tool
+    assert(job.stations[k].id == station.id);
+    station.patch = make(*origin, *station.patch, job.stations[k].horizon);
+  }
+}
+
+/// Replaces the felt force f of each tick by y, y' = 2 pi f_c (f - y).
+void low_pass(double cut_off_hz, std::vector<ReplayTick>& ticks) {
+  const double gain = 1 - std::exp(-2 * std::numbers::pi * cut_off_hz / kHapticRateHz);
+  for (std::size_t i = 1; i < ticks.size(); ++i) ticks[i].felt = ticks[i - 1].felt + gain * (ticks[i].felt - ticks[i - 1].felt);
+}
+
 LinkSpec slowest_link(const ReplayOptions& options) {
   LinkSpec slowest = options.links.empty() ? options.link : options.links.front();
   for (const LinkSpec& link : options.links)
@@ -181,6 +201,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     FrameResult r = room.simulate(job);
     const auto t1 = stopwatch();
     room.build_patches(job, r);
+    if (options.make_patch) replace_patches(room, job, options.make_patch, r);
     const auto t2 = stopwatch();
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
@@ -233,6 +254,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   const std::vector<ReferenceForce> references = known ? std::vector<ReferenceForce>{*options.reference}
                                                        : reference_forces(scene, paths, options.resets, full_model_progress);
   for (std::size_t k = 0; k < n; ++k) {
+    if (options.low_pass_hz > 0) low_pass(options.low_pass_hz, results[k].ticks);
     measure(results[k], references[k], k == 0 ? options.scored : std::vector<std::uint8_t>{});
     count(results[k], world, k, before[k], length);
     results[k].tick_ns_p50 = percentile(tick_ns[k], 0.5);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,10 @@ struct LocalStart {
   Matrix modes;    ///< V, 3 N x r, orthonormal in M
 };
 
+/// Makes the patch of a station at the end of a frame, from the body and the tool's port (`at`), the patch of scheme `hold` for
+/// them, and the age that the patch will reach; empty: no patch.
+using PatchMaker = std::function<std::optional<Patch>(const Room::Origin& at, const Patch& held, Micros horizon)>;
+
 struct ReplayOptions {
   SchemeAsked scheme = Scheme::port;  ///< empty: the server chooses, as one that needs no time for patches
   int order = 0;                      ///< states, 0 = the scheme's default
@@ -42,6 +47,8 @@ struct ReplayOptions {
   bool keep_starts = false;         ///< fills ReplayResult::starts
   /// By tick of the first station: 0 for ticks without a hand, which are not scored. Empty: all ticks are scored.
   std::vector<std::uint8_t> scored = {};
+  PatchMaker make_patch = {};  ///< if not empty, makes the patches instead of the server; `scheme` is then `hold`
+  double low_pass_hz = 0;      ///< cut-off of a first-order low-pass of the felt force; 0: none
   /// Called every tick with the current activity and the share of it that is done.
   std::function<void(const char* what, double share)> progress = {};
 };

@@ -11,7 +11,6 @@
 #include "bench/fidelity/metrics.hpp"
 #include "bench/lab/accuracy_cells.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/link_flags.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/measure/reach.hpp"
 #include "bench/output/output.hpp"
@@ -87,7 +86,7 @@ void write_curve(const std::filesystem::path& out, const AccuracyCells& curve) {
 /// would cover the ones as sent.
 GridPanel panel_of(const std::filesystem::path& out, const std::vector<AccuracyCells>& curves, const std::string& scene,
                    const std::string& what, const std::string& column, const std::string& setup) {
-  const std::vector<Scheme> schemes = available_schemes();
+  const std::vector<ComparedScheme> schemes = compared_schemes();
   GridPanel panel{scene, "round trip [ms]", what, {}, setup};
   for (const AccuracyCells& curve : curves) {
     const AccuracyCell& c = curve.front();
@@ -179,7 +178,7 @@ std::string scene_of(const AccuracyCell& cell) { return cell.scene.substr(0, cel
 
 /// Prints the mean and the least over the places of each scene, as a hand feels the error of its own place.
 void print_places(const AccuracyCells& cells) {
-  std::map<std::tuple<std::string, Scheme, AccuracyRow, double>, std::pair<std::vector<double>, double>> all;
+  std::map<std::tuple<std::string, ComparedScheme, AccuracyRow, double>, std::pair<std::vector<double>, double>> all;
   for (const AccuracyCell& c : cells) {
     if (c.scene.find('@') == std::string::npos) continue;
     auto& [snr_db, p95] = all[{scene_of(c), c.scheme, c.row, c.rtt_ms}];
@@ -212,7 +211,7 @@ void report(const AccuracyCells& cells, const std::vector<std::string>& untouche
 
 AccuracyGrid grid_of(const AccuracyFlags& flags) {
   AccuracyGrid grid{flags.scenes, flags.only, {}, flags.rtt_ms, flags.as_sent, flags.places};
-  for (const std::string& name : flags.schemes) grid.schemes.push_back(available_scheme(name));
+  for (const std::string& name : flags.schemes) grid.schemes.push_back(compared_scheme(name, "--schemes"));
   if (grid.rtt_ms.empty())
     grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
                               : std::vector<double>{0, 25, 50, 75, 100, 150, 200, 250, 300, 400, 500};

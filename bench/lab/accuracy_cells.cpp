@@ -6,7 +6,6 @@
 #include <iterator>
 
 #include "bench/fidelity/replay.hpp"
-#include "bench/lab/link_flags.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/lab/tasks.hpp"
@@ -42,17 +41,17 @@ std::vector<std::string> scenes_of(const AccuracyGrid& grid) {
 }
 
 /// Returns true if a scheme has a row in addition to the real one.
-bool has_row(Scheme scheme, AccuracyRow row) {
+bool has_row(ComparedScheme scheme, AccuracyRow row) {
   switch (row) {
     case AccuracyRow::as_sent:
       return true;
     case AccuracyRow::exact_states:
-      return scheme == Scheme::port || scheme == Scheme::hyper;
+      return scheme == ComparedScheme::port || scheme == ComparedScheme::hyper;
     case AccuracyRow::full_forces:
     case AccuracyRow::tremor_floor:
-      return scheme == Scheme::hyper;
+      return scheme == ComparedScheme::hyper;
     case AccuracyRow::whole_linear:
-      return scheme == Scheme::port;
+      return scheme == ComparedScheme::port;
   }
   return false;
 }
@@ -76,7 +75,7 @@ void measure_cell(AccuracyCell& cell, const SweepTask& task) {
   Scene scene = task.scene;
   if (cell.row != AccuracyRow::as_sent) scene.solver.step_s = scene.body.nodes.size() > kFineNodes ? kTickStepS : kFineStepS;
   ReplayOptions options;
-  options.scheme = cell.scheme;
+  select(cell.scheme, scene, options);
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.reference = &task.reference;
   options.keep_starts = is_local_model(cell.row);
@@ -84,7 +83,7 @@ void measure_cell(AccuracyCell& cell, const SweepTask& task) {
   if (cell.row == AccuracyRow::full_forces) replace_patches(result, scene, LocalModel::full_forces);
   if (cell.row == AccuracyRow::whole_linear) replace_patches(result, scene, LocalModel::whole_linear);
   const std::vector<double> errors = relative_errors(result);
-  cell.served = result.last_patch.scheme;
+  cell.served = offered(cell.scheme) ? compared(result.last_patch.scheme) : cell.scheme;
   cell.snr_db = result.fidelity.snr_db;
   cell.median_error = percentile(errors, 0.5);
   cell.p95_error = percentile(errors, 0.95);
@@ -93,18 +92,12 @@ void measure_cell(AccuracyCell& cell, const SweepTask& task) {
   cell.tick_us = 1e-3 * result.tick_ns_p50;
 }
 
-Scheme scheme_from(const std::string& text, const std::string& where) {
-  const auto scheme = scheme_from_name(text);
-  if (!scheme) throw InputError(where, "'" + text + "' is no scheme", "for example port");
-  return *scheme;
-}
-
 }  // namespace
 
 std::vector<AccuracyCell> accuracy_cells(const AccuracyGrid& grid) {
   std::vector<AccuracyCell> cells;
   for (const std::string& scene : scenes_of(grid))
-    for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes)
+    for (const ComparedScheme scheme : grid.schemes.empty() ? compared_schemes() : grid.schemes)
       for (const AccuracyRow row : {AccuracyRow::as_sent, AccuracyRow::exact_states, AccuracyRow::full_forces,
                                     AccuracyRow::whole_linear, AccuracyRow::tremor_floor}) {
         if (!has_row(scheme, row) || (grid.as_sent && row != AccuracyRow::as_sent)) continue;
@@ -128,8 +121,9 @@ std::vector<std::string> measure_cells(const AccuracyGrid& grid, std::vector<Acc
   for (const auto& [name, task] : tasks)
     if (compare(task.reference.force, task.reference.force, kSkipTicks).contact_ticks == 0) untouched.push_back(name);
   std::erase_if(cells, [&](const AccuracyCell& cell) {
-    const bool forgets = is_local_model(cell.row) && !tasks.at(cell.scene).scene.body.relaxation.empty();
-    return forgets || std::find(untouched.begin(), untouched.end(), cell.scene) != untouched.end();
+    const LumpedBody& body = tasks.at(cell.scene).scene.body;
+    const bool forgets = is_local_model(cell.row) && !body.relaxation.empty();
+    return forgets || !suits(cell.scheme, body) || std::find(untouched.begin(), untouched.end(), cell.scene) != untouched.end();
   });
   run_all(
       cells.size(), [&](std::size_t i) { measure_cell(cells[i], tasks.at(cells[i].scene)); }, jobs);
@@ -150,8 +144,8 @@ std::vector<AccuracyCell> read_accuracy_cells(const std::filesystem::path& file)
   for (const std::vector<std::string>& f : read_rows(file, kAccuracyHeader)) {
     const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
     const auto number = [&](std::size_t k) { return number_from(f[k], where); };
-    cells.push_back({f[0], scheme_from(f[1], where), static_cast<AccuracyRow>(index_from(f[2], kAccuracyRowNames, where)),
-                     number(3), scheme_from(f[4], where), number(5), number(6), number(7), number(8), number(9), number(10)});
+    cells.push_back({f[0], compared_scheme(f[1], where), static_cast<AccuracyRow>(index_from(f[2], kAccuracyRowNames, where)),
+                     number(3), compared_scheme(f[4], where), number(5), number(6), number(7), number(8), number(9), number(10)});
   }
   return cells;
 }

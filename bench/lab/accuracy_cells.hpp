@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/port/scheme.hpp"
+#include "bench/paper/compared_scheme.hpp"
 
 namespace palpate {
 
@@ -28,21 +28,21 @@ inline constexpr double kTremorFloorM = 1e-5;  ///< along (1, 1, 1); a hand trem
 
 struct AccuracyCell {
   std::string scene;  ///< at_place(), tasks.hpp
-  Scheme scheme = Scheme::port;
+  ComparedScheme scheme = ComparedScheme::port;
   AccuracyRow row = AccuracyRow::as_sent;
   double rtt_ms = 0;
   // Results:
-  Scheme served = Scheme::port;            ///< scheme that the server chose
-  double snr_db = 0;                       ///< as in metrics.hpp
-  double median_error = 0, p95_error = 0;  ///< relative error of the force, where it is at least a tenth of its peak
-  double frame_bytes = 0;                  ///< bytes of the patch and its terms
-  double build_ms = 0, tick_us = 0;        ///< processor time: server per patch, client per tick (median)
+  ComparedScheme served = ComparedScheme::port;  ///< scheme of the last patch
+  double snr_db = 0;                             ///< as in metrics.hpp
+  double median_error = 0, p95_error = 0;        ///< relative error of the force, where it is at least a tenth of its peak
+  double frame_bytes = 0;                        ///< bytes of the patch and its terms
+  double build_ms = 0, tick_us = 0;              ///< processor time: server per patch, client per tick (median)
 };
 
 struct AccuracyGrid {
   std::filesystem::path scenes = "scenes";
-  std::vector<std::string> only = {};  ///< scenes by the names of their files; empty: all of the folder
-  std::vector<Scheme> schemes = {};    ///< empty: all of this build
+  std::vector<std::string> only = {};        ///< scenes by the names of their files; empty: all of the folder
+  std::vector<ComparedScheme> schemes = {};  ///< empty: all
   std::vector<double> rtt_ms;
   bool as_sent = false;  ///< only the row as_sent
   int places = 0;        ///< number of places drawn on each scene, instead of its top; 0: the top
@@ -50,9 +50,9 @@ struct AccuracyGrid {
 
 /// Cells without results, in an order that depends on the grid alone. Throws InputError if there is no such scene.
 std::vector<AccuracyCell> accuracy_cells(const AccuracyGrid& grid);
-/// Fills in the results of all cells, `jobs` at a time; references are computed once per scene. Removes rows that do not apply to
-/// a body, and the cells of scenes whose tool never meets the body in the examination, as there is nothing to score; returns
-/// those scenes. Throws what replay() throws.
+/// Fills in the results of all cells, `jobs` at a time; references are computed once per scene. Removes rows and
+/// schemes that do not suit a body, and the cells of scenes whose tool never meets the body in the examination, as there is
+/// nothing to score; returns those scenes. Throws what replay() throws.
 std::vector<std::string> measure_cells(const AccuracyGrid& grid, std::vector<AccuracyCell>& cells, unsigned jobs);
 
 std::string cells_csv(const std::vector<AccuracyCell>& cells);

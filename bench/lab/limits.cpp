@@ -84,7 +84,7 @@ std::vector<LimitCurve> run_cases(const std::vector<Case>& cases, const LimitsPl
 std::vector<Scheme> shown_schemes() {
   std::vector<Scheme> schemes;
   for (const Scheme s : available_schemes())
-    if (s != Scheme::hold && s != Scheme::filtered) schemes.push_back(s);
+    if (s != Scheme::hold) schemes.push_back(s);
   return schemes;
 }
 

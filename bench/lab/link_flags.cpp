@@ -1,6 +1,7 @@
 #include "bench/lab/link_flags.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "bench/lab/flags.hpp"
 #include "bench/output/routes.hpp"
@@ -12,17 +13,13 @@ namespace palpate {
 
 std::vector<Scheme> available_schemes() {
   std::vector<Scheme> schemes;
-  for (std::size_t k = 0; k < kSchemeNames.size(); ++k)
-    if (is_available(static_cast<Scheme>(k))) schemes.push_back(static_cast<Scheme>(k));
+  for (std::size_t k = 0; k < kSchemeNames.size(); ++k) schemes.push_back(static_cast<Scheme>(k));
   return schemes;
 }
 
 Scheme available_scheme(const std::string& name) {
-  const auto scheme = scheme_from_name(name);
-  if (scheme && is_available(*scheme)) return *scheme;
-  std::string names;
-  for (const Scheme s : available_schemes()) names += fmt::format("{}{}", names.empty() ? "" : ", ", name_of(s));
-  throw InputError("--scheme " + name, scheme ? "is not in this build" : "is no scheme", "one of " + names);
+  if (const auto scheme = scheme_from_name(name)) return *scheme;
+  throw InputError("--scheme " + name, "is no scheme of a server", fmt::format("one of {}", fmt::join(kSchemeNames, ", ")));
 }
 
 void LinkFlags::add_to(CLI::App& command) {

@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-/// Schemes of this build, in the order of the names.
+/// Schemes that a server offers, in the order of the names.
 std::vector<Scheme> available_schemes();
-/// Throws InputError, with the available names, for another name.
+/// Throws InputError, with their names, for another name.
 Scheme available_scheme(const std::string& name);
 
 struct LinkFlags {
@@ -27,7 +27,7 @@ struct LinkFlags {
   LinkSpec one_way() const;
 };
 
-/// Options common to all replays: scheme, states, link. Throws InputError for an unavailable scheme.
+/// Options common to all replays: scheme of a server, states, link. Throws InputError for another scheme.
 ReplayOptions replay_options(const std::string& scheme, int order, const LinkFlags& link);
 
 }  // namespace palpate

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/link_flags.hpp"
 #include "bench/lab/masking_cells.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/output/output.hpp"
@@ -98,7 +97,7 @@ MaskingCells along(const MaskingCells& cells, const Axis& axis, double rtt_ms) {
 
 void plot_axis(const std::filesystem::path& out, const Axis& axis, const MaskingCells& cells, double rtt_ms) {
   std::set<double> xs;
-  std::vector<Scheme> schemes;
+  std::vector<ComparedScheme> schemes;
   for (const MaskingCell& c : cells) {
     xs.insert(c.link.*axis.value);
     if (std::find(schemes.begin(), schemes.end(), c.scheme) == schemes.end()) schemes.push_back(c.scheme);
@@ -107,12 +106,12 @@ void plot_axis(const std::filesystem::path& out, const Axis& axis, const Masking
   std::string csv = axis.value == &MaskingLink::rtt_ms      ? "rtt_ms"
                     : axis.value == &MaskingLink::jitter_ms ? "jitter_ms"
                                                             : "loss_pct";
-  for (const Scheme s : schemes)
+  for (const ComparedScheme s : schemes)
     csv += fmt::format(",{0}_snr_db,{0}_p95_over_jnd,{0}_onset_worst_ms,{0}_felt_step_n,{0}_uplink_kb_s", name_of(s));
   csv += '\n';
   for (const double x : xs) {
     fmt::format_to(std::back_inserter(csv), "{:g}", x);
-    for (const Scheme s : schemes) {
+    for (const ComparedScheme s : schemes) {
       const MaskingCells here = those(cells, [&](const MaskingCell& c) { return c.scheme == s && c.link.*axis.value == x; });
       if (here.empty()) {
         csv += ",nan,nan,nan,nan,nan";
@@ -188,7 +187,7 @@ Drops drops_of(const MaskingCells& lossy, const MaskingCells& clean) {
 }
 
 Json promise(const MaskingCells& cells, double rtt_ms) {
-  const auto at = [&](Scheme scheme, double jitter_ms, double loss_pct) {
+  const auto at = [&](ComparedScheme scheme, double jitter_ms, double loss_pct) {
     return those(cells, [&](const MaskingCell& c) {
       return c.scheme == scheme && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == jitter_ms && c.link.loss_pct == loss_pct &&
              c.link.burst == 0;
@@ -201,8 +200,7 @@ Json promise(const MaskingCells& cells, double rtt_ms) {
   fmt::print("  {:<9} {:>7} {:>7} {:>7} {:>11} {:>7} {:>14} {:>7} {:>17} {:>17}\n", "", "[dB]", "[dB]", "[dB]", "mean, worst", "",
              "median, worst", "", "p99.9 [N], within", "p99.9 [N], within");
   Json json;
-  for (std::size_t k = 0; k < kSchemeNames.size(); ++k) {
-    const auto scheme = static_cast<Scheme>(k);
+  for (const ComparedScheme scheme : compared_schemes()) {
     const MaskingCells lossy = at(scheme, kPromisedJitterMs, kPromisedLossPct), clean = at(scheme, kPromisedJitterMs, 0);
     if (lossy.empty() || clean.empty()) continue;
     const Digest d = digest(lossy);
@@ -211,14 +209,14 @@ Json promise(const MaskingCells& cells, double rtt_ms) {
     fmt::print(
         "  {:<9} {:>7.1f} {:>7.1f} {:>7.1f} {:>5.2f} {:>5.2f} {:>7.2f} {:>7g} {:>6} {:>7} {:>8.3f} {:>6.1f} % {:>8.3f} {:>6.1f} "
         "%\n",
-        kSchemeNames[k], calm_db, clean_db, d.snr_db, drops.mean_db, drops.worst_db, d.p95_over_jnd, d.onset_median_ms,
+        name_of(scheme), calm_db, clean_db, d.snr_db, drops.mean_db, drops.worst_db, d.p95_over_jnd, d.onset_median_ms,
         d.onset_worst_ms, d.onsets_missed, d.step_worst_n, 100 * d.step_within, d.felt_worst_n, 100 * d.felt_within);
-    Json& j = json[std::string(kSchemeNames[k])] = to_json(d);
+    Json& j = json[std::string(name_of(scheme))] = to_json(d);
     j["calm_snr_db"] = calm_db;
     j["loss_free_snr_db"] = clean_db;
     j["drop_mean_db"] = drops.mean_db;
     j["drop_worst_db"] = drops.worst_db;
-    if (scheme == Scheme::port) {
+    if (scheme == ComparedScheme::port) {
       fmt::print("  {:<9} most taken by loss: {:.2f} dB, {}\n", "", drops.worst_db, drops.worst_where);
       j["drop_within_promise"] = drops.worst_db <= kPromisedDropDb ? 1 : 0;
       j["steps_within_promise"] = d.felt_within >= 0.999 ? 1 : 0;
@@ -237,7 +235,7 @@ Json promise(const MaskingCells& cells, double rtt_ms) {
 
 void port_by_body(const MaskingCells& cells, double rtt_ms) {
   const MaskingCells port = those(cells, [&](const MaskingCell& c) {
-    return c.scheme == Scheme::port && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == kPromisedJitterMs;
+    return c.scheme == ComparedScheme::port && c.link.rtt_ms == rtt_ms && c.link.jitter_ms == kPromisedJitterMs;
   });
   if (port.empty()) return;
   fmt::print("  port on {:<12} {:<13} {:>13} {:>10} {:>8} {:>11} {:>10}\n", "body", "motion", "no loss [dB]", "loss [dB]",
@@ -275,12 +273,7 @@ int run_masking(const MaskingFlags& flags) {
   MaskingGrid grid;
   grid.quick = flags.quick;
   grid.scenes = flags.scenes;
-  for (const std::string& name : flags.schemes) {
-    const auto scheme = scheme_from_name(name);
-    if (!scheme || !is_available(*scheme))
-      throw InputError("--schemes", "'" + name + "' is no scheme of this build", "for example port");
-    grid.schemes.push_back(*scheme);
-  }
+  for (const std::string& name : flags.schemes) grid.schemes.push_back(compared_scheme(name, "--schemes"));
   if (!flags.route.empty()) {
     grid.rtt_ms = route_from_name(flags.route).rtt_ms;
     grid.axes = {"jitter", "loss", "burst"};

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <sstream>
 
-#include "bench/lab/link_flags.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/lab/shards.hpp"
 #include "bench/lab/tasks.hpp"
@@ -66,7 +65,7 @@ SweepTasks load_tasks(const MaskingGrid& grid, const std::vector<MaskingCell>& c
 
 void measure_cell(MaskingCell& cell, const SweepTask& task) {
   ReplayOptions options;
-  options.scheme = cell.scheme;
+  select(cell.scheme, task.scene, options);
   options.link = {.latency = from_seconds(cell.link.rtt_ms * 0.5e-3),
                   .jitter = from_seconds(cell.link.jitter_ms * 1e-3),
                   .loss = cell.link.loss_pct / 100,
@@ -100,7 +99,7 @@ std::vector<MaskingCell> masking_cells(const MaskingGrid& grid) {
   for (const std::string& body : bodies)
     for (const std::string& motion : motions)
       for (const MaskingLink& link : links_of(grid))
-        for (const Scheme scheme : grid.schemes.empty() ? available_schemes() : grid.schemes) {
+        for (const ComparedScheme scheme : grid.schemes.empty() ? compared_schemes() : grid.schemes) {
           MaskingCell cell;
           cell.body = body;
           cell.motion = motion;
@@ -146,11 +145,10 @@ std::vector<MaskingCell> read_cells(const std::filesystem::path& file) {
         c.p95_over_jnd >> c.onset.onsets >> c.onset.missed >> c.onset.worst_ms >> c.onset.median_ms >> h.swaps >> h.p50_n >>
         h.p999_n >> h.max_n >> h.share_within >> f.p50_n >> f.p999_n >> f.max_n >> f.share_within >> c.age_p95_ms >>
         c.uplink_bytes_s;
-    const auto known = scheme_from_name(scheme);
-    if (!row || !known)
-      throw InputError(fmt::format("{}:{}", file.string(), cells.size() + 2), "is no cell", "what masking wrote");
+    const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
+    if (!row) throw InputError(where, "is no cell", "what masking wrote");
     f.swaps = h.swaps;
-    c.scheme = *known;
+    c.scheme = compared_scheme(scheme, where);
     cells.push_back(std::move(c));
   }
   return cells;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/fidelity/replay.hpp"
+#include "bench/paper/compared_scheme.hpp"
 
 namespace palpate {
 
@@ -20,7 +20,7 @@ struct MaskingLink {
 
 struct MaskingCell {
   std::string body, motion;
-  Scheme scheme = Scheme::port;
+  ComparedScheme scheme = ComparedScheme::port;
   MaskingLink link;
   // Results:
   double snr_db = 0, p95_over_jnd = 0;
@@ -33,7 +33,7 @@ struct MaskingGrid {
   double rtt_ms = 150;                                              ///< round trip at which jitter and loss are varied
   std::vector<std::string> axes{"rtt", "jitter", "loss", "burst"};  ///< axes, with the promised link always added
   bool quick = false;                                               ///< one body, two motions, the ends of the axes
-  std::vector<Scheme> schemes = {};                                 ///< empty: all of this build
+  std::vector<ComparedScheme> schemes = {};                         ///< empty: all
   std::filesystem::path scenes = "scenes";
 };
 

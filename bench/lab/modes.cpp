@@ -10,8 +10,8 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
+#include "bench/paper/balance.hpp"
 #include "bench/paper/locality.hpp"
-#include "server/systems/balance.hpp"
 
 namespace palpate {
 namespace {

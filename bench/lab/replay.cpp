@@ -16,6 +16,7 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
+#include "bench/paper/compared_scheme.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/command_line/mesh_folders.hpp"
@@ -37,10 +38,16 @@ struct ReplayFlags {
   LinkFlags link;
 };
 
-ReplayOptions options_of(const ReplayFlags& flags) {
-  const bool open = flags.scheme == kAutoName;
-  ReplayOptions o = replay_options(open ? std::string(name_of(kWithoutChoice)) : flags.scheme, flags.order, flags.link);
-  if (open) o.scheme.reset();
+ReplayOptions options_of(const ReplayFlags& flags, const Scene& scene) {
+  ReplayOptions o = replay_options(std::string(name_of(kWithoutChoice)), flags.order, flags.link);
+  if (flags.scheme == kAutoName) {
+    o.scheme.reset();
+  } else {
+    const ComparedScheme scheme = compared_scheme(flags.scheme);
+    if (!suits(scheme, scene.body))
+      throw InputError("--scheme " + flags.scheme, "does not suit the body of " + scene.name, "springs without relaxation");
+    select(scheme, scene, o);
+  }
   o.simulated_device = flags.device == "sim";
   o.passivity = flags.passivity;
   o.deadband = flags.deadband;
@@ -157,8 +164,8 @@ void say_presence(const std::vector<std::uint8_t>& present) {
 
 int run_replay(const ReplayFlags& flags) {
   if (flags.from_s >= flags.to_s) throw InputError("--from-s", "is not before --to-s", "a time before it");
-  ReplayOptions options = options_of(flags);
   const auto [scene, motions, present, resets] = given_by(flags);
+  ReplayOptions options = options_of(flags, scene);
   options.scored = present;
   options.resets = resets;
   const auto out = make_output_folder(flags.out);
@@ -195,7 +202,7 @@ int run_replay(const ReplayFlags& flags) {
              result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
   if (!options.scheme)
     fmt::print("the server chose {} in the end\n", name_of(result.last_patch.scheme));
-  else if (result.last_patch.scheme != options.scheme)
+  else if (!options.make_patch && result.last_patch.scheme != options.scheme)
     fmt::print(stderr, "the server could not serve {} here and sent {} patches\n", flags.scheme,
                name_of(result.last_patch.scheme));
   return 0;

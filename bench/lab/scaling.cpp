@@ -9,8 +9,8 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
+#include "bench/paper/block_scaling.hpp"
 #include "bench/paper/block_stiffness.hpp"
-#include "server/reduce/block_scaling.hpp"
 
 namespace palpate {
 namespace {

@@ -195,7 +195,7 @@ void body_indentations(benchmark::State& state, const std::string& name) {
 void port_responses(benchmark::State& state, const std::string& name, bool refined) {
   BodyCase body(name);
   const Skin skin(body.scene.body);
-  FrameModel frame(body.dynamics, skin);
+  FrameModel frame(body.dynamics, skin, 0);
   ToolPort port;
   port.touching = true;
   port.lambda = Vec3(0, 0, -0.1);
@@ -205,13 +205,13 @@ void port_responses(benchmark::State& state, const std::string& name, bool refin
   std::vector<ToolPort> ports{port};
   const ToolAt at{home, Vec3::Zero()};
   constexpr double kShift = 2.0 / 0.150, kTolerance = 1e-2;
-  FrameModel& model = refined ? frame.refined() : frame;
+  BodyFrame& model = refined ? frame.refined() : frame.whole();
   const ProcessorTimer timer;
   std::size_t frames = 0;
   for (auto _ : state) {
     ports[0].point = places[frames++ % 2];
     frame.begin(body.state, ports, std::span(&at, 1), Micros{150'000});
-    SharedSystem* const p = model.system(kShift, false, kTolerance);
+    SharedSystem* const p = model.system({kShift, false, model.held()}, kTolerance);
     if (!p || !model.respond(*p, 0, {true, false})) state.SkipWithError("the matrix is not definite");
   }
   report(state, body, timer);

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/paper/block_scaling.hpp"
 #include "bench/paper/chain.hpp"
 #include "server/body/linear_solver.hpp"
-#include "server/reduce/block_scaling.hpp"
 #include "server/scene/lattice.hpp"
 
 namespace palpate {

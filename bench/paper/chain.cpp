@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/paper/state_space.hpp"
+#include "bench/paper/two_layer.hpp"
 #include "common/base/error.hpp"
-#include "server/reduce/two_layer.hpp"
-#include "server/systems/state_space.hpp"
 
 namespace palpate {
 namespace {

@@ -15,7 +15,7 @@
 // Source: Cavusoglu and Tendick, eqs 6-13, figs 12-15.
 #pragma once
 
-#include "server/linear/second_order.hpp"
+#include "bench/paper/second_order.hpp"
 
 namespace palpate {
 

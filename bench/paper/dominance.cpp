@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "server/systems/balance.hpp"
+#include "bench/paper/balance.hpp"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <stdexcept>
 
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 
 namespace palpate {
 namespace {
@@ -80,6 +80,21 @@ SecondOrderSystem krylov(const SecondOrderSystem& system, const std::vector<Comp
   return project(system, independent(columns, system.mass, kDependent));
 }
 
+std::optional<Matrix> krylov_directions(const Linearisation& at, ShiftedSolver& solver, const KrylovInputs& inputs,
+                                        const BasisRequest& request, double tolerance) {
+  const KrylovSolve solve = [&](std::span<const SolveColumn> columns) { return solver.solve(at, columns, tolerance); };
+  const Vector momentum = at.free_momentum();
+  KrylovStart start;
+  start.fine = inputs.fine;
+  start.ports.resize(inputs.ports.size());
+  std::vector<SolveColumn> columns;
+  for (std::size_t k = 0; k < inputs.ports.size(); ++k) columns.push_back({&inputs.ports[k], &start.ports[k]});
+  columns.push_back({&inputs.residual, &start.residual, kOwnToleranceFactor});
+  columns.push_back({&momentum, &start.motion, kOwnToleranceFactor});
+  if (!solve(columns)) return std::nullopt;
+  return krylov_basis(at, start, solve, request);
+}
+
 SecondOrderSystem krylov_moments(const Specimen& specimen, const SecondOrderSystem& system, double shift_1_s, int modes) {
   std::vector<std::uint8_t> held = specimen.body().fixed;
   held[specimen.port_node()] = 1;
@@ -95,16 +110,14 @@ SecondOrderSystem krylov_moments(const Specimen& specimen, const SecondOrderSyst
           system.b_k(row, j) + shift_1_s * system.b_d(row, j);
     ports.push_back(b);
   }
-  WarmStarts memory;
   const Vector balanced = Vector::Zero(specimen.dynamics().masses().size());
-  const auto basis = krylov_basis(at, solver, ports, {}, balanced, {modes, shift_1_s, 1e-10}, memory);
+  const auto basis = krylov_directions(at, solver, {ports, {}, balanced}, {modes, shift_1_s}, 1e-10);
   if (!basis) throw std::runtime_error("krylov_moments: the shifted matrix is not definite");
   return project(system, restricted(*basis, system));
 }
 
 SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem& system, int states) {
   const Skin skin;
-  PatchBuilder builder(specimen.dynamics(), skin, softest_stiffness(specimen.dynamics()));
   ToolPort port;
   port.kind = ContactKind::attach;
   port.node = specimen.port_node();
@@ -113,9 +126,9 @@ SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem&
   const BodyState rest = specimen.rest();
   const std::vector<ToolPort> ports{port};
   const ToolAt tool{specimen.body().nodes[port.node], Vec3::Zero()};
-  FrameModel frame(specimen.dynamics(), skin);
+  FrameModel frame(specimen.dynamics(), skin, softest_stiffness(specimen.dynamics()));
   frame.begin(rest, ports, std::span(&tool, 1), request.horizon);
-  const auto built = builder.build(frame, 0, request);
+  const auto built = build_patch(frame, 0, request);
   if (!built) throw std::runtime_error("patch_model: no patch at rest");
   const Patch& patch = built->patch;
 

@@ -7,7 +7,11 @@
 //   patch       the server's own: the port scheme's patch, number by number
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "bench/paper/specimen.hpp"
+#include "server/reduce/basis.hpp"
 
 namespace palpate {
 
@@ -15,10 +19,18 @@ SecondOrderSystem condensed(const Specimen& specimen, const SecondOrderSystem& s
 
 /// One moment at each of `shifts_1_s`; a complex one counts twice. Linearly dependent directions are omitted.
 SecondOrderSystem krylov(const SecondOrderSystem& system, const std::vector<Complex>& shifts_1_s);
+/// Inputs of a basis: the port's columns, directions that are in it as they are, and the residual force (3 N each).
+struct KrylovInputs {
+  std::vector<Vector> ports, fine;
+  Vector residual;
+};
+/// Returns the server's krylov_basis() of these inputs, with solves to `tolerance`; none if P is not positive definite.
+std::optional<Matrix> krylov_directions(const Linearisation& at, ShiftedSolver& solver, const KrylovInputs& inputs,
+                                        const BasisRequest& request, double tolerance);
 /// `modes` directions of the server's basis at one real shift.
 SecondOrderSystem krylov_moments(const Specimen& specimen, const SecondOrderSystem& system, double shift_1_s, int modes);
 
-/// The patch from PatchBuilder for the port at rest.
+/// The patch of build_patch() for the port at rest.
 SecondOrderSystem patch_model(const Specimen& specimen, const SecondOrderSystem& system, int states);
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "common/player/player.hpp"
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 
 namespace palpate {
 namespace {
@@ -156,7 +156,6 @@ std::vector<Vector> hold_frames(const MeshRun& whole, int ticks_per_frame) {
 std::vector<Vector> play_patches(const Specimen& specimen, const SecondOrderSystem& s, const MeshRun& whole,
                                  const PortMotion& motion, int ticks_per_frame, Scheme scheme) {
   const Skin skin(specimen.body());
-  PatchBuilder builder(specimen.dynamics(), skin, 0);
   std::vector<ToolPort> ports(1);
   ports[0].kind = ContactKind::attach;
   ports[0].node = specimen.port_node();
@@ -186,9 +185,9 @@ std::vector<Vector> play_patches(const Specimen& specimen, const SecondOrderSyst
       request.horizon = kTick * ticks_per_frame;
       const ToolAt tool{state.x.segment<3>(port_row), state.v.segment<3>(port_row)};
       ports[0].lambda = -specimen.dynamics().element_force(state, specimen.port_node());
-      FrameModel frame(specimen.dynamics(), skin);
+      FrameModel frame(specimen.dynamics(), skin, 0);
       frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-      auto built = builder.build(frame, 0, request);
+      auto built = build_patch(frame, 0, request);
       if (!built) throw std::runtime_error("play_patches: the body gives no patch");
       built->patch.stamp = now;
       player = PatchPlayer(built->patch);

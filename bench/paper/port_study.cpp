@@ -5,8 +5,8 @@
 
 #include "bench/paper/local_models.hpp"
 #include "bench/paper/truncation_map.hpp"
-#include "server/reduce/patch_builder.hpp"
-#include "server/reduce/two_layer.hpp"
+#include "bench/paper/two_layer.hpp"
+#include "server/reduce/patch_build.hpp"
 
 namespace palpate {
 namespace {
@@ -104,7 +104,7 @@ PortStudy study_port(const Specimen& specimen, const BalancedReduction& balanced
     study.add("port-imaginary", "port basis, s = 20, 100i, 200i, 400i, 800i/s",
               krylov(system, {20, i(100), i(200), i(400), i(800)}));
   }
-  study.add("port", "patch as sent", patch_model(specimen, system, PatchBuilder::kAttachOrder));
+  study.add("port", "patch as sent", patch_model(specimen, system, kAttachOrder));
   return study.take();
 }
 

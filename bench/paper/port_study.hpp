@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "bench/paper/hinf.hpp"
 #include "bench/paper/response.hpp"
 #include "bench/paper/specimen.hpp"
-#include "server/systems/hinf.hpp"
 
 namespace palpate {
 

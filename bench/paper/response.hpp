@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "server/systems/hinf.hpp"
+#include "bench/paper/hinf.hpp"
 
 namespace palpate {
 

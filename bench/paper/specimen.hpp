@@ -10,7 +10,7 @@
 // Source: Cavusoglu and Tendick, sections 3 and 4.
 #pragma once
 
-#include "server/linear/second_order.hpp"
+#include "bench/paper/second_order.hpp"
 
 namespace palpate {
 

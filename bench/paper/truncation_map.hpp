@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "bench/paper/hinf.hpp"
 #include "bench/paper/specimen.hpp"
-#include "server/systems/hinf.hpp"
 
 namespace palpate {
 

@@ -55,7 +55,7 @@ int draw_order(const Scenario& s, Random& random) {
 /// A simulated hand may well be unstable with the schemes that Palpate replaced, so only a recorded motion feels them.
 Scheme draw_scheme(Random& random, bool any) {
   const bool another = random.chance(0.4);
-  const Scheme scheme = pick(random, {Scheme::hold, Scheme::filtered, Scheme::tangent, Scheme::ring, Scheme::port});
+  const Scheme scheme = pick(random, {Scheme::hold, Scheme::tangent, Scheme::ring, Scheme::port});
   return any && another ? scheme : Scheme::port;
 }
 

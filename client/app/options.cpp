@@ -179,12 +179,9 @@ PassivityMode passivity_of(const std::string& typed, DeviceKind device) {
 
 /// `expected`: values other than scheme names that the flag accepts.
 Scheme scheme_of(const char* flag, const std::string& typed, std::string expected = "") {
-  const std::optional<Scheme> scheme = scheme_from_name(typed);
-  if (scheme && is_available(*scheme)) return *scheme;
-  for (const auto name : kSchemeNames)
-    if (is_available(*scheme_from_name(name))) expected += (expected.empty() ? "" : ", ") + std::string(name);
-  const char* why = scheme ? "' is not in this build" : "' is not a scheme";
-  throw InputError(flag, "'" + typed + why, "one of " + expected);
+  if (const auto scheme = scheme_from_name(typed)) return *scheme;
+  for (const auto name : kSchemeNames) expected += (expected.empty() ? "" : ", ") + std::string(name);
+  throw InputError(flag, "'" + typed + "' is not a scheme", "one of " + expected);
 }
 
 SchemeAsked asked_scheme_of(const char* flag, const std::string& typed) {

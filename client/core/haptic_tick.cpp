@@ -128,7 +128,6 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
     const ToolSample& sample = recent_[k % kRecent];
     if (sample.t > next.time()) next.advance(sample);
   }
-  if (has_player_) next.inherit(player_);
   renew(std::max(next.patch().stamp, std::min(renewed_to(), next.patch().stamp + kRenewedMost)), now.t);
   // The same patch again is one whose terms have arrived.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;

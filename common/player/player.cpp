@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 namespace palpate {
 namespace {
@@ -57,7 +56,6 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
       transition_ = p.phi;
     }
   }
-  if (patch.low_pass_hz > 0) low_pass_gain_ = 1 - std::exp(-2 * std::numbers::pi * patch.low_pass_hz * dt_);
   const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
   const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
   connect_surface({patch_.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
@@ -81,7 +79,6 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   carried_ = StateVector::Zero(2 * r);
   if (patch.contact == ContactKind::touch && r > 0) {
     others_ = OtherContacts(patch, psi0_, dt_);
-    slide_compliance_ = SlideCompliance(patch_, rows_at(point_), point_.weight);
     if (touching_) {
       update_response();
       carried_.noalias() = response_ * (-share_before_ * patch.force);
@@ -117,22 +114,14 @@ PlayerOutput PatchPlayer::advance(const ToolSample& sample) noexcept {
   return output_;
 }
 
-void PatchPlayer::inherit(const PatchPlayer& before) noexcept {
-  if (patch_.low_pass_hz > 0 && before.patch_.low_pass_hz > 0) output_.force = before.output_.force;
-}
-
 void PatchPlayer::grow_load() noexcept {
   drift_ += drift_growth_;
   if (--load_steps_ == 0) drift_ -= ramp_;
 }
 
 void PatchPlayer::step(const Vec3& tool) noexcept {
-  if (patch_.constant)
-    output_.force += low_pass_gain_ * (patch_.force - output_.force);
-  else if (patch_.contact == ContactKind::attach)
-    step_attach(tool);
-  else
-    step_touch(tool);
+  if (!patch_.constant && patch_.contact == ContactKind::attach) step_attach(tool);
+  if (!patch_.constant && patch_.contact == ContactKind::touch) step_touch(tool);
   if (load_steps_ > 0) grow_load();
   tool_.position = tool;
 }
@@ -245,8 +234,6 @@ void PatchPlayer::update_response() noexcept {
   const auto r = patch_.modes();
   if (r == 0) return;
   const PortRows rows = rows_at(point_);
-  if (nonlinear_.empty()) slid_ = SlideCompliance::grown(slid_, slide_compliance_.missing(rows, point_.weight));
-  compliance_ += slid_;
   const Triangle& corners = patch_.surface.triangles[point_.triangle];
   response_ = point_.weight[0] * responses_.middleCols<3>(3 * corners[0]);
   for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
@@ -295,7 +282,6 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     point_ = onset.nearest.point;
     touching_ = true;
     beyond_.setZero();
-    slid_.setZero();
     has_response_ = false;
   }
   const ContactParameters parameters{patch_.contact_stiffness_n_m, patch_.friction};

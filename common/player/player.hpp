@@ -10,10 +10,9 @@
 //             the step's mean, half a step old. But lambda has to compensate at the end for what lambda- does in this step, and
 //             where the contact (k_c) is stiffer than what a step moves that oscillates from step to step: s = min(1/2,
 //             1 / (2 k_c tr R Psi0_q R^T)), which at least halves oscillations; 0 where it is rigid. Any s up to 1/2 is
-//             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less. Where
-//             the tool has slid, the compliance that the modes miss is added to c_static (slide_compliance.hpp), unless terms
-//             bend them. Beyond the patch's piece of surface it slides along the plane at its border, where body and friction
-//             are as at the border.
+//             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less.
+//             Beyond the patch's piece of surface the tool slides along the plane at its border, where body and friction are as
+//             at the border.
 // Other tools are contacts, too (other_contacts.hpp). A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the
 // drift, a sum that grows by one part a step. Stress that relaxes (patch.fading) is evaluated half a step ahead of the
 // deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f) with e = exp(-dt / time), and acts with that value in
@@ -36,7 +35,6 @@
 #include "common/base/types.hpp"
 #include "common/player/other_contacts.hpp"
 #include "common/player/propagator.hpp"
-#include "common/player/slide_compliance.hpp"
 #include "common/port/contact_law.hpp"
 #include "common/port/nonlinear_terms.hpp"
 #include "common/port/onset.hpp"
@@ -67,8 +65,6 @@ class PatchPlayer {
   /// Advances to `sample.t`, in ticks, with the tool moving linearly from its last position. No effect when that is less than
   /// half a tick away.
   PlayerOutput advance(const ToolSample& sample) noexcept;
-  /// Continues from `before` the quantity that must not jump at a swap: the state of the low-pass.
-  void inherit(const PatchPlayer& before) noexcept;
 
   const Patch& patch() const { return patch_; }
   Micros time() const { return tool_.t; }
@@ -111,8 +107,7 @@ class PatchPlayer {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxInputs> transition_;
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor, 3, kMaxStates> felt_;  // attach: (B_k^T, B_d^T)
   StateInput psi0_;
-  ModeMatrix closing_;  // H
-  double low_pass_gain_ = 1;
+  ModeMatrix closing_;                           // H
   NonlinearForce::Variables elastic_, viscous_;  // force on (d, q) or q at a step's end: elastic; of dampers that have rotated
   NonlinearForce::Variables fading_;             // the same of relaxing stress, sum share_k s_k; size 0: there is none
   std::array<NonlinearForce::Variables, kMaxPronyBranches> faded_;  // s_k, half a step ahead
@@ -127,8 +122,6 @@ class PatchPlayer {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxPortVertices, 1> rest_, vertices_;  // at the stamp; at the end of the
                                                                                           // step, without its contact force
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
-  SlideCompliance slide_compliance_;
-  Mat3 slid_ = Mat3::Zero();  // slide compliance used since contact began or since the stamp
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, 3 * kMaxPortVertices>
       responses_;  // Psi0 R_i^T
   // Response of the body to lambda at point_; a point that sticks keeps it.

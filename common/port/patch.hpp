@@ -27,7 +27,7 @@
 // have after an instantaneous deformation. Exact for linear viscoelasticity; the rotation of the stress with the body during the
 // time of a patch is in K.
 //
-// A patch without modes is static: `constant` shows `force` (schemes hold, filtered); otherwise K_p alone (attach) or the
+// A patch without modes is static: `constant` shows `force` (scheme hold); otherwise K_p alone (attach) or the
 // compliance c_static about the stress-free surface (touch) answers (scheme tangent).
 //
 // Shapes: r modes; K_p, D_p 3x3 [N/m], [N s/m]; B_k, B_d r x 3; R_i 3 x r [kg^-1/2]; q [m kg^1/2].
@@ -147,7 +147,6 @@ struct Patch {
   PortSurface surface;
   PatchOthers others;  ///< contacts with the coupling and friction above
 
-  double low_pass_hz = 0;     ///< first-order low-pass of the shown force (scheme filtered), 0 = none
   double trust_radius_m = 0;  ///< distance of the tool from h* beyond which the force fades out
   Micros valid_for{};         ///< age beyond which the force fades out
 

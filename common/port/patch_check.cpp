@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kRelativeTolerance = 1e-5, kDiagonalShareMin = 1e-6;  // relative to the largest entry; reason: see above
 // Ranges of the format (docs/reference/wire.md, 4); products of such numbers stay finite.
-constexpr double kMaxSpeedMS = 1e3, kMaxCompliance_m_n = 1e3, kMaxFriction = 10, kMaxLowPassHz = 1e4;
+constexpr double kMaxSpeedMS = 1e3, kMaxCompliance_m_n = 1e3, kMaxFriction = 10;
 constexpr double kMaxModelEntry = 1e12;                   // for K, D, g, ..., each in its own unit (patch.hpp)
 constexpr Micros kMaxDuration{60'000'000};                // for valid_for and load_for
 constexpr double kTwiceAreaMin_m2 = 1e-14;                // for a triangle with sides of 0.1 um: below, its normal is rounding
@@ -116,7 +116,6 @@ PatchFault check_numbers(const Patch& p) {
   check_fading(p.fading, numbers);
   numbers.all(p.force, kMaxForceN);
   numbers.all(p.tool, kWorldExtentM);
-  numbers.within(p.low_pass_hz, 0, kMaxLowPassHz);
   numbers.within(p.trust_radius_m, 0, kWorldExtentM);
   for (const Micros t : {p.valid_for, p.load_for})
     numbers.within(static_cast<double>(t.count()), 0, static_cast<double>(kMaxDuration.count()));

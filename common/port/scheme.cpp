@@ -8,19 +8,4 @@ std::optional<Scheme> scheme_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-bool is_available(Scheme scheme) {
-  switch (scheme) {
-    case Scheme::hold:
-    case Scheme::filtered:
-    case Scheme::tangent:
-    case Scheme::ring:
-    case Scheme::two_layer:
-    case Scheme::balanced:
-    case Scheme::port:
-    case Scheme::hyper:
-      return true;
-  }
-  return false;
-}
-
 }  // namespace palpate

@@ -8,17 +8,14 @@
 
 namespace palpate {
 
-enum class Scheme : std::uint8_t { hold, filtered, tangent, ring, two_layer, balanced, port, hyper };
+enum class Scheme : std::uint8_t { hold, tangent, ring, port, hyper };
 
 /// In the order of Scheme.
-inline constexpr std::array<std::string_view, 8> kSchemeNames{"hold",      "filtered", "tangent", "ring",
-                                                              "two-layer", "balanced", "port",    "hyper"};
+inline constexpr std::array<std::string_view, 5> kSchemeNames{"hold", "tangent", "ring", "port", "hyper"};
 
 inline std::string_view name_of(Scheme s) { return kSchemeNames[static_cast<std::size_t>(s)]; }
 /// Returns the scheme of a name; empty for any other name.
 std::optional<Scheme> scheme_from_name(std::string_view name);
-/// True when this build serves the scheme.
-bool is_available(Scheme scheme);
 
 /// attach: a grasp, the node follows the tool, both signs of force. touch: unilateral contact with friction on the surface.
 enum class ContactKind : std::uint8_t { attach, touch };

@@ -198,7 +198,6 @@ WireFault read_patch(const wire::Patch& table, Patch& patch) {
   patch.contact = (head.flags() & kTouchFlag) ? ContactKind::touch : ContactKind::attach;
   patch.constant = (head.flags() & kConstantFlag) != 0;
   patch.touching = (head.flags() & kTouchingFlag) != 0;
-  patch.low_pass_hz = table.low_pass();
   if (const WireFault fault = read_body(table, patch); fault != WireFault::none) return fault;
   return check(patch) == PatchFault::none ? WireFault::none : WireFault::patch_refused;
 }

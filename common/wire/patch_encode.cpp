@@ -244,10 +244,9 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto tools = other_tools(packer, patch.others);
   const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
-  return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
-                           !patch.constant && !is_touch ? &attach : nullptr, packer.number(patch.low_pass_hz), load_at,
-                           load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
-                           others_at, other_rows_at);
+  return wire::CreatePatch(
+      builder, &head, floats_at, shorts_at, surface ? &touch : nullptr, !patch.constant && !is_touch ? &attach : nullptr, load_at,
+      load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at, others_at, other_rows_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {

@@ -167,8 +167,6 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, const Asker& asker
     return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
   if (const auto full = lack_of_seats(hello, in_place_of)) return full;
   if (hello.role == Role::viewer) return std::nullopt;
-  if (hello.scheme && !is_available(*hello.scheme))
-    return Refuse{bad_request, "scheme " + std::string(name_of(hello.scheme)) + " is not available"};
   const int most_states = most_states_for(hello.scheme, welcome_.contact);
   if (hello.order > most_states || hello.order % 2 != 0)
     return Refuse{bad_request, "order " + std::to_string(hello.order) + "; expected an even number up to " +

@@ -40,19 +40,6 @@ class Orthonormal {
 
 }  // namespace
 
-KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, WarmStarts& memory) {
-  return [&at, &solver, &memory, tolerance, next](std::span<const SolveColumn> columns) mutable {
-    if (memory.size() < next + columns.size()) memory.resize(next + columns.size());
-    std::vector<SolveColumn> kept;
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      kept.push_back({columns[k].b, &memory[next + k], columns[k].tolerance_factor});
-    next += columns.size();
-    if (!solver.solve(at, kept, tolerance)) return false;
-    for (std::size_t k = 0; k < columns.size(); ++k) *columns[k].x = *kept[k].x;
-    return true;
-  };
-}
-
 Matrix side_by_side(std::span<const Vector> columns) {
   assert(!columns.empty());
   Matrix w(columns.front().size(), static_cast<Eigen::Index>(columns.size()));
@@ -130,27 +117,12 @@ std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& s
       const std::vector<Vector> b = moment_inputs(at, request.shift_1_s, x);
       std::vector<SolveColumn> columns;
       for (std::size_t k = 0; k < x.size(); ++k)
-        columns.push_back({&b[k], &x[k], begin + k < start.ports.size() ? 1 : kOwnLooser});
+        columns.push_back({&b[k], &x[k], begin + k < start.ports.size() ? 1 : kOwnToleranceFactor});
       if (!solve(columns)) return std::nullopt;
       for (const Vector& y : x) basis.add(y);
       begin = end;
     }
   return basis.take();
-}
-
-std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                   const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
-                                   WarmStarts& memory) {
-  const KrylovSolve solve = remembering(at, solver, request.tolerance, 0, memory);
-  const Vector momentum = at.free_momentum();
-  KrylovStart start{{}, fine, {}, {}};
-  start.ports.resize(ports.size());
-  std::vector<SolveColumn> columns;
-  for (std::size_t k = 0; k < ports.size(); ++k) columns.push_back({&ports[k], &start.ports[k]});
-  columns.push_back({&residual, &start.residual, kOwnLooser});
-  columns.push_back({&momentum, &start.motion, kOwnLooser});
-  if (!solve(columns)) return std::nullopt;
-  return krylov_basis(at, start, solve, request);
 }
 
 double softest_stiffness(const Dynamics& dynamics) {

@@ -87,14 +87,10 @@ class ShiftedSolver {
 struct BasisRequest {
   int modes = 11;
   double shift_1_s = 20;
-  double tolerance = 1e-2;  ///< of the iterative solves: a Galerkin basis is tolerant (docs/decisions/0003)
 };
 
-/// Warm starts: the responses of the last frame, in order of request.
-using WarmStarts = std::vector<Vector>;
-
 /// Solves for the body's own loads, F* and M v*, take up to twice the iterations of a port's, and affect few directions.
-inline constexpr double kOwnLooser =
+inline constexpr double kOwnToleranceFactor =
     20;  ///< SolveColumn::tolerance_factor; measured: `port` is the same to 0.1 dB (docs/notebook.md, 30)
 
 /// Share of a direction's length that must be independent of the others for it to be added: less is hardly more than rounding.
@@ -109,10 +105,6 @@ struct KrylovStart {
 /// Solves x = P^-1 b for every column. Returns false if P is found not to be positive definite.
 using KrylovSolve = std::function<bool(std::span<const SolveColumn> columns)>;
 
-/// Returns a solver for a sequence of solves that is the same in each frame. First guesses are those of the last frame, from
-/// `next` of `memory` on. All arguments must outlive it.
-KrylovSolve remembering(const Linearisation& at, ShiftedSolver& solver, double tolerance, std::size_t next, WarmStarts& memory);
-
 /// Returns columns, at least one, as a matrix.
 Matrix side_by_side(std::span<const Vector> columns);
 
@@ -123,11 +115,6 @@ std::vector<Vector> moment_inputs(const Linearisation& at, double shift_1_s, std
 /// definite.
 std::optional<Matrix> krylov_basis(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve,
                                    const BasisRequest& request);
-/// The same from the input directions B_s (3 N each) and the residual force F*.
-std::optional<Matrix> krylov_basis(const Linearisation& at, ShiftedSolver& solver, const std::vector<Vector>& ports,
-                                   const std::vector<Vector>& fine, const Vector& residual, const BasisRequest& request,
-                                   WarmStarts& memory);
-
 /// Returns the lowest eigenvalue of K y = mu M y at rest with the fixed nodes held [1/s^2], the square of the body's lowest
 /// frequency, by inverse iteration (a Rayleigh quotient, never below the true value; within a few per cent). Returns 0 for a body
 /// that is not fixed anywhere.

@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double kNegligibleLoads = 0.03;  // share of the loads' squares without a response; more: fewer solves
-constexpr double kResponsesLooser = 3;     // SolveColumn::tolerance_factor: less certain than the port responses
+constexpr double kToleranceFactor = 3;     // SolveColumn::tolerance_factor: less certain than the port responses
 
 /// Returns the loads that are not negligible, the smallest first.
 std::vector<std::size_t> those_that_matter(const std::vector<Vector>& loads) {
@@ -37,7 +37,7 @@ std::vector<Vector> second_order_loads(const Linearisation& at, std::vector<Vect
 }  // namespace
 
 bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
-                   WarmStarts& memory, SnapshotSet& to) {
+                   SnapshotSet& to) {
   const double s = request.shift_1_s;
   assert(s > 0 && request.horizon_s > 0 && start.residual.size() == at.masses().size());
   std::vector<Vector> acting, held_still;
@@ -49,17 +49,17 @@ bool add_responses(const Linearisation& at, const KrylovStart& start, const Kryl
   std::vector<Vector> moments = moment_inputs(at, s, held_still), second_order;
   for (Vector& b : moments) b *= s;
   if (request.second_order) second_order = second_order_loads(at, std::move(acting), request.horizon_s);
-  memory.resize(moments.size() + second_order.size());
+  std::vector<Vector> responses(moments.size() + second_order.size());
   std::vector<SolveColumn> columns;
   std::vector<SnapshotKind> kinds;
-  const auto ask = [&](const std::vector<Vector>& loads, SnapshotKind kind, Vector* responses) {
+  const auto ask = [&](const std::vector<Vector>& loads, SnapshotKind kind, Vector* to_be_found) {
     for (const std::size_t k : those_that_matter(loads)) {
-      columns.push_back({&loads[k], &responses[k], kResponsesLooser});
+      columns.push_back({&loads[k], &to_be_found[k], kToleranceFactor});
       kinds.push_back(kind);
     }
   };
-  ask(moments, SnapshotKind::moment, memory.data());
-  ask(second_order, SnapshotKind::second_order, memory.data() + moments.size());
+  ask(moments, SnapshotKind::moment, responses.data());
+  ask(second_order, SnapshotKind::second_order, responses.data() + moments.size());
   if (!solve(columns)) return false;
   to.add(SnapshotKind::residual, start.residual);
   to.add(SnapshotKind::own_motion, start.motion, s);

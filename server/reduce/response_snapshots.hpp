@@ -20,9 +20,9 @@ struct ResponseRequest {
   bool second_order = false;  ///< for a body that has_nonlinear_elements()
 };
 
-/// Adds responses, from port responses and slides in `to` and from `start`: P^-1 F* and P^-1 M v*. `memory`: warm starts. Returns
-/// false if P is found not to be positive definite.
+/// Adds responses, from port responses and slides in `to` and from `start`: P^-1 F* and P^-1 M v*. Returns false if P is found
+/// not to be positive definite.
 bool add_responses(const Linearisation& at, const KrylovStart& start, const KrylovSolve& solve, const ResponseRequest& request,
-                   WarmStarts& memory, SnapshotSet& to);
+                   SnapshotSet& to);
 
 }  // namespace palpate

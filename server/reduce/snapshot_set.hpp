@@ -20,7 +20,7 @@ namespace palpate {
 
 /// Kind of a snapshot, with the file that adds it.
 enum class SnapshotKind : std::uint8_t {
-  port_response,  ///< P^-1 B a_i, scaled to the tool's likely motion along axis i (patch_builder.hpp)
+  port_response,  ///< P^-1 B a_i, scaled to the tool's likely motion along axis i (port_responses.cpp)
   slide,          ///< P^-1 (B_end lambda_end - B lambda), the tool's load after a likely slide (frame_model.hpp)
   own_motion,     ///< s P^-1 M v*; this and the next three: response_snapshots.hpp
   residual,       ///< P^-1 F*

@@ -10,10 +10,7 @@
 namespace palpate {
 
 FramePatches::FramePatches(SteppedBody& body)
-    : body_(&body),
-      balanced_(body.dynamics(), body.skin(), body.rest()),
-      frame_model_(body.dynamics(), body.skin()),
-      prediction_(body, frame_model_) {}
+    : body_(&body), frame_model_(body.dynamics(), body.skin(), body.softest_1_s2()), prediction_(body, frame_model_) {}
 
 void FramePatches::clear() {
   stations_.clear();
@@ -43,11 +40,7 @@ Matrix FramePatches::modes(StationId id) const {
 }
 
 void FramePatches::sync_stations(const FrameJob& job) {
-  for (const StationJob& j : job.stations) {
-    Station& station = stations_[j.id];
-    if (!station.builder)
-      station.builder = std::make_unique<PatchBuilder>(body_->dynamics(), body_->skin(), body_->softest_1_s2(), &balanced_);
-  }
+  for (const StationJob& j : job.stations) stations_.try_emplace(j.id);
   std::erase_if(stations_, [&](const auto& entry) {
     return std::none_of(job.stations.begin(), job.stations.end(), [&](const StationJob& j) { return j.id == entry.first; });
   });
@@ -97,7 +90,7 @@ std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) 
     const auto which = body_->port_of(j);
     gets_patch.push_back(!failed && which && in_reach(*which, j.horizon) && j.wants_patch);
     if (gets_patch.back() && !kept_for(j, *which))
-      frame_model_.request_patch(*which, stations_.at(j.id).builder->expected_slide(request_of(j, *which)));
+      frame_model_.request_patch(*which, expected_slide(body_->dynamics(), request_of(j, *which)));
   }
   frame_model_.enter(BuildPhase::rollouts);
   collect_snapshots(job, gets_patch, mean_horizon);
@@ -146,7 +139,7 @@ void FramePatches::give_patch(const StationJob& job, std::size_t which, StationF
   }
   station.kept.reset();
   const PatchRequest request = request_of(job, which);
-  auto built = station.builder->build(frame_model_, which, request);
+  auto built = build_patch(frame_model_, which, request);
   if (!built) return;
   frame.patch = std::move(built->patch);
   leave_room_for_rounding(*frame.patch);

@@ -1,5 +1,5 @@
 // The patches of a frame: what each station needs to render the body until the next one. Work that they share is done once
-// (FrameModel); then one patch is built per station (PatchBuilder), with snapshots of the states that the body may reach
+// (FrameModel); then one patch is built per station (patch_build.hpp), with snapshots of the states that the body may reach
 // (StatePrediction).
 //
 // A patch of a sleeping body is reused (Kept) as long as the tool at p with velocity v, tau the horizon, satisfies
@@ -17,7 +17,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "server/room/deadband.hpp"
 #include "server/room/state_prediction.hpp"
 #include "server/room/stepped_body.hpp"
@@ -49,7 +49,6 @@ class FramePatches {
 
   struct Station {
     std::optional<Kept> kept;
-    std::unique_ptr<PatchBuilder> builder;
     PatchModes modes;  // of the newest patch that was built
     Deadband deadband;
     std::uint32_t seq = 0;
@@ -69,7 +68,6 @@ class FramePatches {
   StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
 
   SteppedBody* body_;
-  BalancedBases balanced_;
   FrameModel frame_model_;
   StatePrediction prediction_;
   std::map<StationId, Station> stations_;

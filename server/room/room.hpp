@@ -2,7 +2,7 @@
 //
 // A frame moves the body from its present body time, in the server's clock, to its target t*, and describes it there:
 //
-//     M x'' = F(x, x') + sum_k B_k lambda_k,     x(t*), v(t*) -> a patch for each station that asks (patch_builder.hpp)
+//     M x'' = F(x, x') + sum_k B_k lambda_k,     x(t*), v(t*) -> a patch for each station that asks (patch_build.hpp)
 //
 // x, v 3 N [m], [m/s]; F of dynamics.hpp [N]; lambda_k [N] the force of tool k at its position h_k(t): in a touch by the contact
 // law (contact_law.hpp) at a point of the skin, in a grasp the force that holds its node at the tool. h_k(t) comes from the

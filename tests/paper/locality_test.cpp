@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "server/systems/balance.hpp"
+#include "bench/paper/balance.hpp"
 
 namespace palpate {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "common/player/player.hpp"
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -38,15 +38,14 @@ Played play(double share, double time_s, double reach_m, Scheme scheme, bool wit
   BodyState state = dynamics.rest_state();
   constexpr int kBefore = 500, kPlayed = 200;
   for (int k = 1; k <= kBefore; ++k) REQUIRE(integrator.advance(state, ports, k * kTickS, tool_at).converged);
-  FrameModel frame(dynamics, skin);
-  PatchBuilder builder(dynamics, skin, softest_stiffness(dynamics));
+  FrameModel frame(dynamics, skin, softest_stiffness(dynamics));
   ToolAt tool = tool_at(0, kBefore * kTickS);
   tool.velocity = node_of(state.v, kNode);
   PatchRequest request;
   request.scheme = scheme;
   request.horizon = Micros{200'000};
   frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-  auto built = builder.build(frame, 0, request);
+  auto built = build_patch(frame, 0, request);
   REQUIRE(built);
   built->patch.stamp = Micros{1000 * kBefore};
   REQUIRE(check(built->patch) == PatchFault::none);

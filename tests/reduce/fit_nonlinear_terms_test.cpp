@@ -7,7 +7,7 @@
 
 #include "common/port/terms_pieces.hpp"
 #include "server/body/explicit_integrator.hpp"
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -22,8 +22,7 @@ struct Grasp {
   Dynamics dynamics;
   Skin skin{body};
   BodyState state;
-  PatchBuilder builder{dynamics, skin, 0};
-  FrameModel frame{dynamics, skin};
+  FrameModel frame{dynamics, skin, 0};
   std::vector<ToolPort> ports{1};
   ToolAt tool;
 
@@ -49,7 +48,7 @@ struct Grasp {
     request.scheme = Scheme::hyper;
     request.horizon = Micros{100'000};
     frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-    auto built = builder.build(frame, 0, request);
+    auto built = build_patch(frame, 0, request);
     REQUIRE(built);
     REQUIRE(check(built->patch) == PatchFault::none);
     return *built;
@@ -168,13 +167,12 @@ TEST_CASE("A solid of either law is served some of its elements, one of both the
         ports[0].kind = ContactKind::attach;
         ports[0].node = kNode;
       }
-      PatchBuilder builder(dynamics, skin, 0);
-      FrameModel frame(dynamics, skin);
+      FrameModel frame(dynamics, skin, 0);
       PatchRequest request;
       request.scheme = Scheme::hyper;
       request.horizon = Micros{100'000};
       frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-      const auto built = builder.build(frame, 0, request);
+      const auto built = build_patch(frame, 0, request);
       REQUIRE(built);
       const Patch* const patch = &built->patch;
       REQUIRE(check(*patch) == PatchFault::none);
@@ -196,12 +194,11 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   ports[0].kind = ContactKind::attach;
   ports[0].node = scene.tool.node;
   const ToolAt tool{node_of(state.x, scene.tool.node), Vec3::Zero()};
-  PatchBuilder builder(dynamics, skin, 0);
   PatchRequest request;
   request.scheme = Scheme::hyper;
-  FrameModel frame(dynamics, skin);
+  FrameModel frame(dynamics, skin, 0);
   frame.begin(state, ports, std::span(&tool, 1), request.horizon);
-  const auto built = builder.build(frame, 0, request);
+  const auto built = build_patch(frame, 0, request);
   REQUIRE(built);
   const Patch* const patch = &built->patch;
   CHECK(patch->scheme == Scheme::hyper);
@@ -257,7 +254,7 @@ TEST_CASE("The load of another hand that moves on grows in the modes that a patc
     PatchRequest request;
     request.scheme = Scheme::hyper;
     grasp.frame.begin(grasp.state, grasp.ports, tools, request.horizon);
-    const auto built = grasp.builder.build(grasp.frame, 0, request);
+    const auto built = build_patch(grasp.frame, 0, request);
     REQUIRE(built);
     const Matrix v = built->modes.of_nodes();
     if (v.cols() == 0) continue;

@@ -13,7 +13,7 @@
 #include "server/body/integrator.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/tangents.hpp"
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -29,7 +29,7 @@ Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
   Micros horizon{200'000};
-  int order = PatchBuilder::kHyperTouchOrder;
+  int order = kHyperTouchOrder;
 
   LumpedBody body = box_body(6, 6, 4);
   Dynamics dynamics;
@@ -37,7 +37,6 @@ struct Touch {
   Integrator integrator{dynamics, skin, {0.001, 1e-10}};
   BodyState state = dynamics.rest_state();
   std::vector<ToolPort> ports{1};
-  PatchBuilder builder{dynamics, skin, 0};
   Vec3 (*on)(double);
 
   Touch(double friction, Vec3 (*go_on)(double), SpringLaw law = SpringLaw::linear, double more_damping = 1)
@@ -70,9 +69,9 @@ struct Touch {
     request.order = order;
     request.horizon = horizon;
     const ToolAt at = tool_at(kPressS);
-    FrameModel frame(dynamics, skin);
+    FrameModel frame(dynamics, skin, 0);
     frame.begin(state, ports, std::span(&at, 1), request.horizon);
-    auto built = builder.build(frame, 0, request);
+    auto built = build_patch(frame, 0, request);
     REQUIRE(built);
     const Patch& made = built->patch;
     CHECK(made.scheme == scheme);
@@ -146,7 +145,7 @@ TEST_CASE("A touched body of which one node moves has no modes but its own, and 
   const std::uint32_t node = touch.skin.view().triangles[touch.ports[0].point.triangle][0];
   touch.body.fixed.assign(touch.body.fixed.size(), 1);
   touch.body.fixed[node] = 0;
-  for (const int order : {2, PatchBuilder::kHyperTouchOrder}) {
+  for (const int order : {2, kHyperTouchOrder}) {
     touch.order = order;
     const BuiltPatch built = touch.patch(Scheme::hyper, false);
     CHECK(built.patch.modes() <= std::min(order / 2, 3));

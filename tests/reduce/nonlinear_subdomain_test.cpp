@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "tests/support/large_body.hpp"
 
 using namespace palpate;
@@ -106,7 +106,7 @@ TEST_CASE("A nonlinear subdomain goes with the tool, and with the coordinates wh
 TEST_CASE("Where a large body was in the last frames is kept in the coordinates it has now, its momentum with it") {
   Large large;
   const Skin skin;
-  FrameModel frame(large.dynamics, skin);
+  FrameModel frame(large.dynamics, skin, 0);
   const std::vector<ToolPort> ports = grasped_top();
   const ToolAt tool;
   std::vector<Vector> shapes;
@@ -135,8 +135,7 @@ TEST_CASE("Where a large body was in the last frames is kept in the coordinates 
 TEST_CASE("A hyper-reduced patch of a large body bends as the whole body does on its modes, where the linear one does not") {
   Large large;
   const Skin skin;
-  FrameModel frame(large.dynamics, skin);
-  PatchBuilder builder(large.dynamics, skin, 0);
+  FrameModel frame(large.dynamics, skin, 0);
   std::vector<ToolPort> ports = grasped_top();
   ports[0].lambda = -large.dynamics.element_force(large.state, kTop);
   const ToolAt tool{at_node(large.state.x, kTop), Vec3::Zero()};
@@ -144,7 +143,7 @@ TEST_CASE("A hyper-reduced patch of a large body bends as the whole body does on
   request.scheme = Scheme::hyper;
   request.horizon = Micros{100'000};
   frame.begin(large.state, ports, std::span(&tool, 1), request.horizon);
-  const auto built = builder.build(frame, 0, request);
+  const auto built = build_patch(frame, 0, request);
   REQUIRE(built);
   const Patch* const patch = &built->patch;
   REQUIRE(check(*patch) == PatchFault::none);

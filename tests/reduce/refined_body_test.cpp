@@ -5,7 +5,7 @@
 #include <Eigen/SparseCholesky>
 #include <catch2/catch.hpp>
 
-#include "server/reduce/patch_builder.hpp"
+#include "server/reduce/patch_build.hpp"
 #include "tests/support/large_body.hpp"
 
 using namespace palpate;
@@ -233,7 +233,7 @@ TEST_CASE("The port of a locally refined body is as soft as that of the whole to
   RefinedBench bench(any_filling());
   if (bent) bench.bend(0.3);
   const Skin skin(bench.body);
-  FrameModel frame(bench.dynamics, skin);
+  FrameModel frame(bench.dynamics, skin, 0);
   ToolPort port;
   port.parameters = {800, 0.3};
   port.touching = true;
@@ -242,17 +242,17 @@ TEST_CASE("The port of a locally refined body is as soft as that of the whole to
   port.lambda = Vec3(0, 0, -0.2);
   const std::vector<ToolPort> ports{port};
   const ToolAt tool{position_at(skin.view(), skin.place(bench.state.x), port.point), Vec3::Zero()};
-  REQUIRE(&frame.refined() != &frame);
+  REQUIRE(&frame.refined() != &frame.whole());
   constexpr double kShift = 15;
   // Twice: the second time the far tangents are closer to the state.
   Mat3 compliance[2];
-  for (FrameModel* model : {&frame.refined(), &frame}) {
+  for (BodyFrame* model : {&frame.refined(), &frame.whole()}) {
     for (int frames = 0; frames < 10; ++frames) {
       frame.begin(bench.state, ports, std::span(&tool, 1), Micros{150'000});
-      SharedSystem* const p = model->system(kShift, false, 1e-5);
+      SharedSystem* const p = model->system({kShift, false, model->held()}, 1e-5);
       REQUIRE(p);
       REQUIRE(model->respond(*p, 0, {true, false}));
-      compliance[model == &frame] = p->port(0).compliance;
+      compliance[model == &frame.whole()] = p->port(0).compliance;
     }
   }
   INFO("refined\n" << compliance[0] << "\nwhole\n" << compliance[1]);
@@ -295,8 +295,7 @@ TEST_CASE(
   RefinedBench bench(any_filling());
   bench.bend(0.2);
   const Skin skin;
-  FrameModel frame(bench.dynamics, skin);
-  PatchBuilder builder(bench.dynamics, skin, 0);
+  FrameModel frame(bench.dynamics, skin, 0);
   const std::vector<ToolPort> ports = grasped_top();
   const ToolAt tool{at_node(bench.state.x, kTop), at_node(bench.state.v, kTop)};
   PatchRequest request;
@@ -305,7 +304,7 @@ TEST_CASE(
   std::optional<Patch> patch;
   for (int frames = 0; frames < 10; ++frames) {
     frame.begin(bench.state, ports, std::span(&tool, 1), request.horizon);
-    if (const auto built = builder.build(frame, 0, request)) patch = built->patch;
+    if (const auto built = build_patch(frame, 0, request)) patch = built->patch;
   }
   REQUIRE(patch);
   REQUIRE(check(*patch) == PatchFault::none);

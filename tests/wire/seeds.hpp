@@ -222,11 +222,10 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
   all.push_back(message(PatchMessage{shared_patch(7, 8, 9, 2)}));
-  Patch filtered = common_patch(ContactKind::touch);
-  filtered.scheme = Scheme::filtered;
-  filtered.constant = true;
-  filtered.low_pass_hz = 4.5;
-  all.push_back(message(PatchMessage{filtered}));
+  Patch constant = common_patch(ContactKind::touch);
+  constant.scheme = Scheme::hold;
+  constant.constant = true;
+  all.push_back(message(PatchMessage{constant}));
   for (const PatchTerms& piece : to_pieces(spring_terms(6, true, 60, 40), 42)) all.push_back(message(piece));
   NonlinearTerms touched = spring_terms(6, false, 60, 40);
   Patch rest = touch_patch(6, 12, 16);
