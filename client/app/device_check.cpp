@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "client/app/lines.hpp"
 #include "client/device/hardware/find_devices.hpp"
 #include "client/device/hardware/open_device.hpp"
 #include "client/io/device_check.hpp"

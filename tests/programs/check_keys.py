@@ -115,7 +115,7 @@ def check_hang_up(programs, scenes, scene, work):
     with Server(programs, scene) as server:
         for _ in range(2):
             server.send(signal.SIGHUP)
-        done = hand(programs, scenes, server.address, work / "after", "--duration-s", "2")
+        done = hand(programs, scenes, server.address, work / "after")
         assert done.returncode == 0 and json.loads((work / "after" / "summary.json").read_text())["patches_received"] > 0, done.stderr
         server.send(signal.SIGHUP)
         end(server)

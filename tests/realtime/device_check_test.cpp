@@ -103,8 +103,10 @@ TEST_CASE("A device that does not get ready says each reason once and is given u
   } device;
   std::vector<std::string> said;
   const std::atomic<bool> stop{false};
-  CHECK_FALSE(wait_until_ready(device, Micros{50'000}, stop,
-                               [&](const DeviceReading& reading, Micros) { said.emplace_back(reading.reason.text()); }));
+  Micros now{};
+  CHECK_FALSE(wait_until_ready(
+      device, Micros{50'000}, stop, [&](const DeviceReading& reading, Micros) { said.emplace_back(reading.reason.text()); },
+      [&now] { return now += Micros{1'000}; }));
   CHECK(said == std::vector<std::string>{"it is not calibrated", "hands off"});
 }
 
