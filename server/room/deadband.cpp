@@ -47,7 +47,6 @@ bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::
   assert(!old.empty() && station.track && station.horizon > Micros{});
   constexpr Micros kCompareEvery{5'000};  // twelve times within kProbeS; longer: cheaper, but misses oscillations
   const Micros stamp = next.patch().stamp;
-  next.inherit(old.front());
   for (Micros t = stamp + kCompareEvery; t <= stamp + station.horizon; t += kCompareEvery) {
     const Vec3 tool = station.track->on_path(t).position + minimum_jerk(seconds(t - stamp) / Deadband::kProbeS) * off;
     next.advance({t, tool});
