@@ -7,7 +7,7 @@
 
 #include "bench/fidelity/reference.hpp"
 #include "common/base/error.hpp"
-#include "server/room/grasp.hpp"
+#include "common/base/grasp_reach.hpp"
 
 namespace palpate {
 namespace {

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "server/body/settle.hpp"
-#include "server/room/grasp.hpp"
-#include "server/room/release_fade.hpp"
+#include "server/room/tool_coupling.hpp"
+#include "server/room/tool_track.hpp"
 
 namespace palpate {
 namespace {
@@ -44,13 +44,15 @@ struct ReferenceModel::State {
         body(settled_state(dynamics, s.name)),
         rest(body) {}
 
-  ToolAt tool_at(std::size_t k, double t_s) const { return grasps[k].at(tracks[k], from_seconds(t_s)); }
+  ToolAt tool_at(std::size_t k, double t_s) const {
+    return moved_by(tracks[k].at(from_seconds(t_s)), grasps[k], from_seconds(t_s));
+  }
   /// Couples a tool: it grasps its node, or may touch.
   void take_up(std::size_t k, Micros now) {
     if (scene.tool.contact == ContactKind::attach) {
       const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node)) - tracks[k].at(now).position;
       if (let_go[k] && offset.norm() > kGraspReachM) return;
-      grasps[k] = Grasp(now, offset);
+      grasps[k] = {now, kGraspTime, offset};
     }
     ToolPort port;
     port.kind = scene.tool.contact;
@@ -71,7 +73,7 @@ struct ReferenceModel::State {
   Integrator integrator;
   BodyState body, rest;
   std::vector<ToolTrack> tracks;
-  std::vector<Grasp> grasps;
+  std::vector<FadingVector> grasps;
   std::vector<std::optional<ReleaseFade>> let_go;
   std::vector<ToolPort> ports;
   std::vector<std::size_t> tool_of;  // parallel to ports
@@ -124,7 +126,7 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
 void ReferenceModel::reset() {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
-  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.let_go[k] = ReleaseFade{now, force(k)};
+  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.let_go[k] = ReleaseFade(now, force(k));
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.ports.clear();
@@ -138,7 +140,7 @@ bool ReferenceModel::contact(std::size_t tool) const {
 
 Vec3 ReferenceModel::force(std::size_t tool) const {
   const State& s = *state_;
-  if (s.let_go[tool]) return s.let_go[tool]->felt(Micros{1000 * (s.ticks - 1)});
+  if (s.let_go[tool]) return s.let_go[tool]->force.at(Micros{1000 * (s.ticks - 1)});
   return contact(tool) ? Vec3(-s.port_of(tool)->lambda) : Vec3::Zero();
 }
 

@@ -28,7 +28,7 @@ class ReferenceModel {
   void tick(std::span<const Vec3> tools);
   /// Copies the state of `at`, a model of the same scene with as many tools.
   void continue_from(const ReferenceModel& at);
-  /// Puts the body back to rest, as a room does (release_fade.hpp).
+  /// Puts the body back to rest, as a room does (tool_coupling.hpp).
   void reset();
   bool contact(std::size_t tool) const;
   Vec3 force(std::size_t tool) const;  ///< on the tool [N]

@@ -54,12 +54,10 @@ void ClientCore::drain() {
       continue;
     }
     intake_.add_sample(sample);
-    recent_.push_back(sample);
     ++unsent_;
   }
   drain_hold();
-  while (recent_.size() > kKept) recent_.pop_front();
-  unsent_ = std::min(unsent_, recent_.size());
+  unsent_ = std::min(unsent_, kUnsentMost);
 }
 
 void ClientCore::drain_hold() {
@@ -201,16 +199,14 @@ std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
 /// Sends the oldest unsent samples, as many as fit, after some that were sent already: a lost datagram costs nothing.
 std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
   constexpr auto most = static_cast<std::size_t>(kMaxSamplesPerDatagram);
+  const SampleHistory<ToolSample>& history = intake_.history();
   while (unsent_ > 0) {
-    const auto sent = recent_.size() - unsent_;
+    const auto sent = history.size() - unsent_;
     const auto repeat = std::min(sent, static_cast<std::size_t>(pace_.repeat()));
     const auto fresh = std::min(unsent_, most - repeat);
-    const auto first = recent_.begin() + static_cast<std::ptrdiff_t>(sent - repeat);
     unsent_ -= fresh;
-    Samples samples{{first, first + static_cast<std::ptrdiff_t>(repeat + fresh)},
-                    welcome().deadband > 0 ? intake_.playing() : 0,
-                    orientation_,
-                    button_changes_};
+    Samples samples{{}, welcome().deadband > 0 ? intake_.playing() : 0, orientation_, button_changes_};
+    for (auto i = sent - repeat; i < sent + fresh; ++i) samples.samples.push_back(history[i]);
     if (const auto size = say(std::move(samples), out, now)) return size;
   }
   send_due_ = false;

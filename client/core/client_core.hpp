@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cstddef>
-#include <deque>
 #include <span>
 #include <string>
 
@@ -84,7 +83,9 @@ class ClientCore : public ClientSession {
   double patch_bytes_mean() const;
   const Patch& last_patch() const { return last_patch_; }  ///< the newest accepted patch, for reports
   const TermsAssembly& terms() const { return intake_.terms(); }
-  const SampleHistory& samples() const { return intake_.history(); }  ///< the haptic thread's samples that have been handed over
+  const SampleHistory<ToolSample>& samples() const {
+    return intake_.history();
+  }  ///< the haptic thread's samples that have been handed over
   /// True when the newest server message said that a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
   /// The server's newest report of its own pace.
@@ -95,8 +96,8 @@ class ClientCore : public ClientSession {
   const SchemesFelt& schemes_felt() const { return schemes_felt_; }
 
  private:
-  static constexpr std::size_t kKept = 1024;     ///< samples kept for sending and repeating
-  static constexpr Micros kDrainEvery{100'000};  ///< longest interval; the ring between the threads holds a second
+  static constexpr std::size_t kUnsentMost = 1024;  ///< samples that wait for being sent; older ones are not sent any more
+  static constexpr Micros kDrainEvery{100'000};     ///< longest interval; the ring between the threads holds a second
 
   void drain();
   void drain_hold();
@@ -123,8 +124,7 @@ class ClientCore : public ClientSession {
   LinkReport server_report_;
   SchemeInUse in_use_;
   SchemesFelt schemes_felt_;
-  std::deque<ToolSample> recent_;             ///< newest last
-  std::size_t unsent_ = 0;                    ///< number of these, at the end, that are not sent yet
+  std::size_t unsent_ = 0;                    ///< number of the newest samples() that are not sent yet
   Orientation orientation_;                   ///< newest orientation
   std::vector<ButtonChange> button_changes_;  ///< newest last, kMaxButtonChanges at most; every datagram of samples repeats them
   Patch last_patch_;

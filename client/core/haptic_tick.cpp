@@ -122,12 +122,8 @@ int HapticTick::cross_fade_ticks(double step_n, double force_n) noexcept {
 }
 
 void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
-  // Replay the samples that the network side had not seen yet; recent_ holds the ticks before this one.
-  const std::uint64_t oldest = recent_count_ > kRecent ? recent_count_ - kRecent : 0;
-  for (std::uint64_t k = oldest; k < recent_count_; ++k) {
-    const ToolSample& sample = recent_[k % kRecent];
-    if (sample.t > next.time()) next.advance(sample);
-  }
+  // Replay the samples that the network side had not seen yet.
+  for (std::size_t k = recent_.first_after(next.time()); k < recent_.size(); ++k) next.advance(recent_[k]);
   renew(std::max(next.patch().stamp, std::min(renewed_to(), next.patch().stamp + kRenewedMost)), now.t);
   // The same patch again is one whose terms have arrived.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
@@ -145,7 +141,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
 
 /// Moves the virtual tool, substitutes it for the device and returns the force on the device.
 Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
-  if (recent_count_ == 0) tool_ = {sample.position, Vec3::Zero(), sample.position};
+  if (recent_.empty()) tool_ = {sample.position, Vec3::Zero(), sample.position};
   const double stiffness = environment_.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
   const Vec3 force = couple(coupling_, tool_, sample.position, {environment_, stiffness}, dt_s);
   sample.position = tool_.position;
@@ -178,11 +174,11 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
 
 TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   ++counts_.ticks;
-  const bool usable = in_world(reading.position), first = recent_count_ == 0;
+  const bool usable = in_world(reading.position), first = recent_.empty();
   // An invalid reading would stay in a model: the tool counts as standing still.
   if (usable) device_ = reading.position;
   ToolSample sample{reading.t, device_};
-  const Micros passed = first ? kTick : sample.t - recent_[(recent_count_ - 1) % kRecent].t;
+  const Micros passed = first ? kTick : sample.t - recent_.newest().t;
   const bool coupled = coupling_.stiffness_n_m > 0;
   Vec3 coupling_force = Vec3::Zero();
   if (coupled && (usable || !first)) coupling_force = couple_to_tool(sample, seconds(std::max(passed, Micros{1})));
@@ -203,7 +199,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   if (has_player_)
     if (const Micros renewed = std::min(renewed_to(), player_.patch().stamp + kRenewedMost); renewed > stamp_)
       renew(renewed, sample.t);
-  recent_[recent_count_++ % kRecent] = sample;
+  recent_.add(sample);
   if (has_player_) environment_ = patch_force(sample, out);
   out.model_force = coupled ? coupling_force : environment_;
   out.force = guard_.pass(out.model_force, device_, seconds(passed));

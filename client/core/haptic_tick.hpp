@@ -21,13 +21,13 @@
 // device, and so does the server through the samples. The device feels the coupling: one tick later, and never stiffer than k_c.
 #pragma once
 
-#include <array>
 #include <atomic>
 
 #include "client/core/tool_hold.hpp"
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
 #include "common/base/latest_slot.hpp"
+#include "common/base/sample_history.hpp"
 #include "common/base/spsc_ring.hpp"
 #include "common/player/player.hpp"
 
@@ -125,10 +125,9 @@ class HapticTick {
   Vec3 environment_ = Vec3::Zero();  ///< the patch's force on the virtual tool [N]
   PatchPlayer player_;
   bool has_player_ = false;
-  double softening_ = 1;  ///< scale of the player's force
-  Micros stamp_{};        ///< stamp of the patch in use, or later if it was renewed
-  std::array<ToolSample, kRecent> recent_{};
-  std::uint64_t recent_count_ = 0;
+  double softening_ = 1;                       ///< scale of the player's force
+  Micros stamp_{};                             ///< stamp of the patch in use, or later if it was renewed
+  SampleHistory<ToolSample> recent_{kRecent};  ///< the ticks before this one
   Vec3 fade_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;

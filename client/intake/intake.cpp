@@ -4,36 +4,6 @@
 
 namespace palpate {
 
-SampleHistory::SampleHistory() : ring_(kSampleHistoryTicks) {}
-
-void SampleHistory::add(const ToolSample& sample) {
-  if (count_ < ring_.size()) {
-    ring_[(first_ + count_++) % ring_.size()] = sample;
-  } else {
-    ring_[first_] = sample;
-    first_ = (first_ + 1) % ring_.size();
-  }
-}
-
-std::size_t SampleHistory::size() const { return count_; }
-const ToolSample& SampleHistory::operator[](std::size_t age_from_oldest) const {
-  return ring_[(first_ + age_from_oldest) % ring_.size()];
-}
-
-std::size_t SampleHistory::first_after(Micros t) const {
-  std::size_t low = 0, high = count_;
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    if ((*this)[middle].t > t)
-      high = middle;
-    else
-      low = middle + 1;
-  }
-  return low;
-}
-
-void SampleHistory::clear() { first_ = count_ = 0; }
-
 bool PatchIntake::accept(const Patch& patch, Micros now) {
   if (counts_.accepted > 0 && static_cast<std::int32_t>(patch.seq - last_seq_) <= 0) {
     ++counts_.stale;

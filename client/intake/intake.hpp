@@ -15,31 +15,15 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "common/base/latest_slot.hpp"
+#include "common/base/sample_history.hpp"
 #include "common/base/types.hpp"
 #include "common/player/player.hpp"
 #include "common/port/patch.hpp"
 #include "common/port/terms_pieces.hpp"
 
 namespace palpate {
-
-/// The client's own tool samples, newest last, bounded; a patch is replayed over them.
-class SampleHistory {
- public:
-  SampleHistory();
-  void add(const ToolSample& sample);
-  std::size_t size() const;
-  const ToolSample& operator[](std::size_t age_from_oldest) const;
-  /// Returns the index of the first sample later than `t`; size() when there is none.
-  std::size_t first_after(Micros t) const;
-  void clear();
-
- private:
-  std::vector<ToolSample> ring_;
-  std::size_t first_ = 0, count_ = 0;
-};
 
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
@@ -60,7 +44,7 @@ class PatchIntake {
   explicit PatchIntake(LatestSlot<PatchPlayer>& slot, Micros future_max = kFutureMax) : slot_(slot), future_max_(future_max) {}
   /// Adds a sample of the haptic thread: each one, in order.
   void add_sample(const ToolSample& sample) { history_.add(sample); }
-  const SampleHistory& history() const { return history_; }
+  const SampleHistory<ToolSample>& history() const { return history_; }
   /// Sets the frame rate of the server [1/s], kMaxRateHz before the first call.
   void expect(double rate_hz) { rate_hz_ = rate_hz; }
   /// Notes that our clock stood still for this long (the machine slept) while the server's numbers advanced. No session survives
@@ -94,7 +78,7 @@ class PatchIntake {
 
   LatestSlot<PatchPlayer>& slot_;
   Micros future_max_;
-  SampleHistory history_;
+  SampleHistory<ToolSample> history_{kSampleHistoryTicks};
   Patch patch_;  ///< last accepted patch
   TermsAssembly terms_;
   std::uint32_t last_seq_ = 0, playing_ = 0;

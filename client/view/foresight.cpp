@@ -70,7 +70,7 @@ bool PatchPairs::take(const ClientCore& core, PatchPair& pair) {
     pair.next = newest;
     pair.terms = terms_;
     pair.samples.clear();
-    const SampleHistory& samples = core.samples();
+    const SampleHistory<ToolSample>& samples = core.samples();
     const std::size_t first = samples.first_after(patch_->stamp), end = samples.first_after(newest.stamp);
     for (std::size_t i = first > 0 ? first - 1 : 0; i < std::min(end + 1, samples.size()); ++i)
       pair.samples.push_back(samples[i]);

@@ -6,7 +6,6 @@
 
 #include "common/port/packed_numbers.hpp"
 #include "common/port/terms_numbers.hpp"
-#include "common/port/terms_parity.hpp"
 
 namespace palpate {
 
@@ -39,25 +38,7 @@ bool same_whole(const PatchTerms& a, const PatchTerms& b) {
          a.stiffening == b.stiffening && a.unit == b.unit;
 }
 
-/// Number of words in a piece; the parity is as long as the longest.
-int words_in(int piece, const TermsLayout& l) {
-  return std::min(kPieceNumbers, piece < l.pieces() ? l.total() - piece * kPieceNumbers : l.total());
-}
-
-/// Restores the only missing piece from the parity. Returns false, with nothing changed, when it would not pass check().
-bool restore(const PatchTerms& head, std::vector<std::uint8_t>& there, std::vector<std::uint16_t>& numbers) {
-  const auto lost = std::find(there.begin(), there.end(), 0) - there.begin();
-  assert(static_cast<std::size_t>(lost) < there.size() && numbers.size() == there.size() * kPieceNumbers);
-  PatchTerms piece = head;
-  piece.piece = static_cast<std::uint8_t>(lost);
-  piece.numbers.assign(static_cast<std::size_t>(words_in(piece.piece, layout(head))), 0);
-  for (std::size_t k = 0; k < there.size(); ++k)
-    for (std::size_t i = 0; i < piece.numbers.size() && there[k]; ++i) piece.numbers[i] ^= numbers[k * kPieceNumbers + i];
-  if (check(piece) != TermsFault::none) return false;
-  there[piece.piece] = 1;
-  std::copy(piece.numbers.begin(), piece.numbers.end(), numbers.begin() + lost * kPieceNumbers);
-  return true;
-}
+int words_in(int piece, const TermsLayout& l) { return std::min(kPieceNumbers, l.total() - piece * kPieceNumbers); }
 
 /// Checks a law. Parameters that are not sent are 0.
 TermsFault check(const LawParameters& law) {
@@ -87,11 +68,11 @@ TermsFault check(const PatchTerms& p) {
   if (p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3) return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
-  if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece > p.pieces) return TermsFault::sizes;
+  if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
   if (static_cast<int>(p.numbers.size()) != words_in(p.piece, l)) return TermsFault::sizes;
   const auto finite = [](float v) { return std::isfinite(v); };
   if (!finite(p.stiffening) || !std::all_of(p.unit.begin(), p.unit.end(), finite)) return TermsFault::not_finite;
-  for (std::size_t k = 0; k < p.numbers.size() && !is_parity(p); ++k)
+  for (std::size_t k = 0; k < p.numbers.size(); ++k)
     if (l.is_half(p.piece * kPieceNumbers + static_cast<int>(k)) && !finite_half(p.numbers[k])) return TermsFault::not_finite;
   if (const TermsFault fault = check(p.law); fault != TermsFault::none) return fault;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
@@ -165,14 +146,13 @@ bool TermsAssembly::take(const PatchTerms& piece) {
     any_ = true;
     head_ = piece;
     missing_ = piece.pieces;
-    there_.assign(piece.pieces + std::size_t{1}, 0);  // the parity and its words come after the pieces
+    there_.assign(piece.pieces, 0);
     numbers_.assign(there_.size() * kPieceNumbers, 0);
   }
   if (missing_ == 0 || !same_whole(piece, head_) || there_[piece.piece]) return false;
   there_[piece.piece] = 1;
-  if (!is_parity(piece)) --missing_;
+  --missing_;
   std::copy(piece.numbers.begin(), piece.numbers.end(), numbers_.begin() + piece.piece * kPieceNumbers);
-  if (missing_ == 1 && there_.back() && restore(head_, there_, numbers_)) missing_ = 0;
   return true;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/port/terms_parity.hpp"
 #include "server/room/deadband.hpp"
 
 namespace palpate {
@@ -62,8 +61,7 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
   frame.patch->stamp = stations.station_time(station, stamp);
   frame.patch->seq = ++station.patch_seq;
   frame.patch->force = as_carried(frame.patch->force);
-  auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
-  if (!pieces.empty() && station.link.loss_known && station.link.patch_copies > 1) pieces.push_back(parity_of(pieces));
+  const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
   station.outbox.terms.assign(pieces.begin(), pieces.end());
   station.outbox.patch = std::move(frame.patch);
   station.outbox.patch_copies = pieces.empty() ? station.link.patch_copies : 1;

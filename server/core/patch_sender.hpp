@@ -1,4 +1,4 @@
-// Turns a frame's result into messages for the stations: patches with their terms and parity, or beats.
+// Turns a frame's result into messages for the stations: patches with their terms, or beats.
 //
 // A patch is stamped, when it is sent, in the clock of the station that receives it. For a station's own samples this is the
 // exact inverse of the mapping of those samples (timeline.hpp). A shadow runs in the process of the station whose tool it shares
@@ -9,9 +9,8 @@
 // last case the force fades as on any silence, and returns with the samples.
 //
 // Each patch is sent as often as the station's losses require (reported_link.hpp). A patch with terms is sent once, as it is
-// large and the one before it, which has terms too, is nearly as good; its pieces are followed by their parity if the link loses
-// more than kPatchesLost. In addition to patches, a station gets a report on link and room every kLinkReportEvery, and at once
-// when the room falls behind or catches up.
+// large and the one before it, which has terms too, is nearly as good. In addition to patches, a station gets a report on link
+// and room every kLinkReportEvery, and at once when the room falls behind or catches up.
 #pragma once
 
 #include "server/core/frame_scheduler.hpp"

@@ -5,10 +5,9 @@
 // meanwhile. Before the first and after the last sample, the offset of that sample holds.
 #pragma once
 
-#include <deque>
 #include <vector>
 
-#include "common/base/types.hpp"
+#include "common/base/sample_history.hpp"
 
 namespace palpate {
 
@@ -24,12 +23,12 @@ class Timeline {
   bool add(Micros t_station, Micros t_server, const Vec3& position);
   /// Drops the samples later than `t_station`, after the station's clock turned out to be wrong.
   void forget_after(Micros t_station);
-  /// Drops the samples older than `t_server`, but never the last one.
-  void forget_before(Micros t_server);
+  /// Drops the samples that between() does not return from `t_server` on.
+  void forget_before(Micros t_server) { entries_.forget_before(t_server); }
 
   bool empty() const { return entries_.empty(); }
   std::size_t size() const { return entries_.size(); }
-  Micros newest() const { return entries_.back().t_server; }  ///< server clock; must not be empty
+  Micros newest() const { return entries_.newest().t; }  ///< server clock; must not be empty
 
   /// Converts server time to the station's clock. Must not be empty.
   Micros to_station(Micros t_server) const;
@@ -39,10 +38,10 @@ class Timeline {
 
  private:
   struct Entry {
-    Micros t_station{}, t_server{};
+    Micros t{}, t_station{};  // t: on the server's clock
     Vec3 position = Vec3::Zero();
   };
-  std::deque<Entry> entries_;
+  SampleHistory<Entry> entries_{kMost};
 };
 
 }  // namespace palpate

@@ -20,7 +20,6 @@ inline constexpr double kHandAccelerationMostMs2 = 10;           ///< upper boun
 inline constexpr double kFromRestMostM = 0.012;                  ///< largest distance reached by acceleration; tuned
 inline constexpr double kAccelerationTimeS = 0.05;               ///< time for which a hand's acceleration lasts; tuned
 inline const double kDeadReckoningS = seconds(Micros{100'000});  ///< T, in whole ticks; longer: late stations go too far
-inline constexpr double kPredictableS = 0.15;     ///< time within which no hand gets far off its expected path; tuned
 inline constexpr double kPredictionMostS = 0.25;  ///< no hand is predictable for longer; 0.75 s shook one (docs/notebook.md, 24)
 
 /// Returns the tool `gone_s` after its last known state.

@@ -10,27 +10,31 @@
 namespace palpate {
 
 FramePatches::FramePatches(SteppedBody& body)
-    : body_(&body), frame_model_(body.dynamics(), body.skin(), body.softest_1_s2()), prediction_(body, frame_model_) {}
+    : body_(&body), frame_model_(body.dynamics(), body.skin(), body.softest_1_s2()), prediction_(body) {}
 
-void FramePatches::clear() {
-  stations_.clear();
-  prediction_.clear();
-}
-
-void FramePatches::forget_kept() {
-  for (auto& [id, station] : stations_) station.kept.reset();
+void FramePatches::drop_cached() {
+  for (auto& [id, station] : stations_) station.cached.reset();
 }
 
 std::vector<StationFrame> FramePatches::build(const FrameJob& job, bool failed) {
   sync_stations(job);
-  const std::vector<std::uint8_t> gets_patch = begin(job, failed);
-  assert(gets_patch.size() == job.stations.size());
-  std::vector<StationFrame> frames;
-  for (std::size_t k = 0; k < job.stations.size(); ++k) {
-    StationFrame& frame = frames.emplace_back();
-    frame.id = job.stations[k].id;
-    if (!failed) frame = frame_of(job.stations[k], job.target, gets_patch[k] != 0);
+  std::vector<StationFrame> frames(job.stations.size());
+  for (std::size_t k = 0; k < frames.size(); ++k) frames[k].id = job.stations[k].id;
+  if (failed) return frames;
+  Micros mean_horizon{};
+  for (const StationJob& j : job.stations) mean_horizon += j.horizon / static_cast<std::int64_t>(job.stations.size());
+  begin_model(job, mean_horizon);
+  // All requests are known before the first patch is built, since the patches of a frame share computations.
+  std::vector<Task> tasks;
+  bool predicts = false;
+  for (const StationJob& j : job.stations) {
+    const Task& task = tasks.emplace_back(task_of(j));
+    predicts |= task.builds && j.scheme == Scheme::hyper;
   }
+  frame_model_.enter(BuildPhase::rollouts);
+  if (predicts && job.rollouts) frame_model_.set_predicted_states(prediction_.states(mean_horizon));
+  frame_model_.enter(BuildPhase::other);
+  for (std::size_t k = 0; k < frames.size(); ++k) frames[k] = frame_of(tasks[k], job.target);
   return frames;
 }
 
@@ -46,106 +50,105 @@ void FramePatches::sync_stations(const FrameJob& job) {
   });
 }
 
-bool FramePatches::Kept::serves(const PatchRequest& asked, const ToolAt& tool) const {
+bool FramePatches::CachedPatch::serves(const PatchRequest& asked, const ToolAt& tool) const {
   // At least five times a hand's tremor (client/device/hand.hpp), and less than the spacing of the nodes; more: older patches.
-  constexpr double kKeptToolM = 0.001, kKeptAheadM = 0.005, kKeptHorizonShare = 0.1;
+  constexpr double kCachedToolM = 0.001, kCachedAheadM = 0.005, kCachedHorizonShare = 0.1;
   const double horizon_s = seconds(asked.horizon);
   return asked.scheme == request.scheme && asked.order == request.order && asked.silence == request.silence &&
-         std::abs(horizon_s - seconds(request.horizon)) <= kKeptHorizonShare * horizon_s &&
-         (tool.position - patch.tool).norm() <= kKeptToolM &&
-         horizon_s * (tool.velocity - patch.tool_velocity).norm() <= kKeptAheadM;
+         std::abs(horizon_s - seconds(request.horizon)) <= kCachedHorizonShare * horizon_s &&
+         (tool.position - patch.tool).norm() <= kCachedToolM &&
+         horizon_s * (tool.velocity - patch.tool_velocity).norm() <= kCachedAheadM;
 }
 
-PatchRequest FramePatches::request_of(const StationJob& job, std::size_t which) const {
-  assert(which < body_->ports().size());
-  const Scene& scene = body_->scene();
-  return {job.scheme,
-          job.order,
-          job.horizon,
-          job.silence,
-          [](int modes, bool loaded, int branches, int others) {
-            return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, others);
-          },
-          body_->hand_motion(which).acceleration,
-          max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
-}
-
-std::vector<std::uint8_t> FramePatches::begin(const FrameJob& job, bool failed) {
+void FramePatches::begin_model(const FrameJob& job, Micros mean_horizon) {
   const std::vector<ToolPort>& ports = body_->ports();
   std::vector<ToolAt> tools;
+  std::vector<HandMotion> hands;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     tools.push_back(body_->tool(k, job.target));
     // A patch's forces are linearised about the velocity that the body felt.
     if (ports[k].kind == ContactKind::attach) tools[k].velocity = at_node(body_->state().v, ports[k].node);
+    hands.push_back(body_->hand_motion(k));
   }
-  Micros mean_horizon{};
-  for (const StationJob& j : job.stations) mean_horizon += j.horizon / static_cast<std::int64_t>(job.stations.size());
   frame_model_.begin(body_->state(), ports, tools, mean_horizon);
-  std::vector<HandMotion> hands;
-  for (std::size_t k = 0; k < ports.size(); ++k) hands.push_back(body_->hand_motion(k));
   frame_model_.set_hands(std::move(hands));
-  // All requests are known before the first patch is built, since the patches of a frame share computations.
-  std::vector<std::uint8_t> gets_patch;
-  for (const StationJob& j : job.stations) {
-    const auto which = body_->port_of(j);
-    gets_patch.push_back(!failed && which && in_reach(*which, j.horizon) && j.wants_patch);
-    if (gets_patch.back() && !kept_for(j, *which))
-      frame_model_.request_patch(*which, expected_slide(body_->dynamics(), request_of(j, *which)));
-  }
-  frame_model_.enter(BuildPhase::rollouts);
-  collect_snapshots(job, gets_patch, mean_horizon);
-  frame_model_.enter(BuildPhase::other);
-  return gets_patch;
+}
+
+FramePatches::Task FramePatches::task_of(const StationJob& job) {
+  Task task;
+  task.job = &job;
+  task.station = &stations_.at(job.id);
+  task.port = body_->port_of(job);
+  if (!task.port || !in_reach(*task.port, job.horizon) || !job.wants_patch) return task;
+  const Scene& scene = body_->scene();
+  task.request = {job.scheme,
+                  job.order,
+                  job.horizon,
+                  job.silence,
+                  [](int modes, bool loaded, int branches, int others) {
+                    return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, others);
+                  },
+                  body_->hand_motion(*task.port).acceleration,
+                  max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
+  const std::optional<CachedPatch>& cached = task.station->cached;
+  task.reuses = body_->asleep() && cached && cached->serves(task.request, frame_model_.tool(*task.port));
+  task.builds = !task.reuses;
+  if (task.builds) frame_model_.request_patch(*task.port, expected_slide(body_->dynamics(), task.request));
+  return task;
 }
 
 /// Moves the point of a tool that does not touch to the nearest point of the surface.
-bool FramePatches::in_reach(std::size_t which, Micros horizon) {
-  const ToolPort& port = body_->ports().at(which);
-  if (port.kind == ContactKind::attach || port.touching) return true;
+bool FramePatches::in_reach(std::size_t port, Micros horizon) {
+  if (body_->ports()[port].kind == ContactKind::attach || body_->ports()[port].touching) return true;
   // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction.
   constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
-  const ToolAt& tool = frame_model_.tool(which);
+  const ToolAt& tool = frame_model_.tool(port);
   const double t = seconds(horizon);
   const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM;
-  const auto nearest = body_->nearest_within(
-      which, tool.position, reach, [this]() -> const auto& { return frame_model_.positions(); });
-  if (nearest) body_->move_point(which, nearest->point);
+  const auto nearest = body_->nearest_within(tool.position, reach);
+  if (nearest) body_->move_point(port, nearest->point);
   return nearest.has_value();
 }
 
-void FramePatches::collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon) {
-  std::vector<std::size_t> feeling;
-  for (std::size_t k = 0; k < job.stations.size(); ++k) {
-    if (!gets_patch[k] || job.stations[k].scheme != Scheme::hyper) continue;
-    const std::size_t which = *body_->port_of(job.stations[k]);
-    if (!kept_for(job.stations[k], which)) feeling.push_back(which);
+StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
+  const StationJob& job = *task.job;
+  StationFrame frame;
+  frame.id = job.id;
+  if (task.port) {
+    const ToolPort& port = body_->ports()[*task.port];
+    frame.tool = frame_model_.tool(*task.port).position;
+    frame.contact = port.kind == ContactKind::attach || port.touching;
+    frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
+    if (task.builds || task.reuses) give_patch(task, frame);
+  } else {
+    give_fading_force(job, stamp, frame);
   }
-  if (!feeling.empty() && job.rollouts) frame_model_.set_predicted_states(prediction_.states(feeling, horizon));
+  if (!frame.patch) return frame;
+  frame.patch->seq = ++task.station->seq;
+  frame.patch->stamp = stamp;
+  if (task.port && job.deadband > 0 && job.shadow_of == 0)
+    frame.renewed_from = task.station->deadband.pass(*frame.patch, frame.terms,
+                                                     {job.deadband, job.horizon, job.playing, &body_->tool_of(job)->track});
+  return frame;
 }
 
-const FramePatches::Kept* FramePatches::kept_for(const StationJob& job, std::size_t which) const {
-  const std::optional<Kept>& kept = stations_.at(job.id).kept;
-  return body_->asleep() && kept && kept->serves(request_of(job, which), frame_model_.tool(which)) ? &*kept : nullptr;
-}
-
-void FramePatches::give_patch(const StationJob& job, std::size_t which, StationFrame& frame) {
-  Station& station = stations_.at(job.id);
-  if (const Kept* kept = kept_for(job, which)) {
-    frame.patch = kept->patch;
-    frame.patch->tool = frame_model_.tool(which).position;
-    frame.patch->tool_velocity = frame_model_.tool(which).velocity;
-    frame.terms = kept->terms;
+void FramePatches::give_patch(const Task& task, StationFrame& frame) {
+  Station& station = *task.station;
+  if (task.reuses) {
+    frame.patch = station.cached->patch;
+    frame.patch->tool = frame_model_.tool(*task.port).position;
+    frame.patch->tool_velocity = frame_model_.tool(*task.port).velocity;
+    frame.terms = station.cached->terms;
     return;
   }
-  station.kept.reset();
-  const PatchRequest request = request_of(job, which);
-  auto built = build_patch(frame_model_, which, request);
+  station.cached.reset();
+  auto built = build_patch(frame_model_, *task.port, task.request);
   if (!built) return;
   frame.patch = std::move(built->patch);
   leave_room_for_rounding(*frame.patch);
   frame.terms = std::move(built->terms);
   station.modes = std::move(built->modes);
-  if (body_->asleep()) station.kept = Kept{request, *frame.patch, frame.terms};
+  if (body_->asleep()) station.cached = CachedPatch{task.request, *frame.patch, frame.terms};
 }
 
 /// Builds a patch for a station whose tool was released. The hand-over between patches hides the steps from frame to frame.
@@ -155,42 +158,15 @@ void FramePatches::give_fading_force(const StationJob& job, Micros stamp, Statio
   const ToolAt tool = station->track.at(stamp);
   frame.tool = tool.position;
   if (!station->let_go) return;
-  Patch patch;
-  patch.seq = ++stations_.at(job.id).seq;
-  patch.stamp = stamp;
+  Patch& patch = frame.patch.emplace();
   patch.scheme = Scheme::hold;
   patch.contact = body_->scene().tool.contact;
   patch.constant = true;
-  patch.force = station->let_go->felt(stamp);
+  patch.force = station->let_go->force.at(stamp);
   patch.tool = tool.position;
   patch.tool_velocity = tool.velocity;
   patch.trust_radius_m = kWorldExtentM;
   patch.valid_for = 2 * job.horizon + job.silence;
-  frame.patch = patch;
-}
-
-StationFrame FramePatches::frame_of(const StationJob& job, Micros stamp, bool gets_patch) {
-  StationFrame frame;
-  frame.id = job.id;
-  const auto which = body_->port_of(job);
-  if (!which) {
-    give_fading_force(job, stamp, frame);
-    return frame;
-  }
-  const ToolPort& port = body_->ports()[*which];
-  frame.tool = frame_model_.tool(*which).position;
-  frame.contact = port.kind == ContactKind::attach || port.touching;
-  frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
-  if (!gets_patch) return frame;
-  give_patch(job, *which, frame);
-  if (!frame.patch) return frame;
-  Station& station = stations_.at(job.id);
-  frame.patch->seq = ++station.seq;
-  frame.patch->stamp = stamp;
-  if (job.deadband > 0 && job.shadow_of == 0)
-    frame.renewed_from =
-        station.deadband.pass(*frame.patch, frame.terms, {job.deadband, job.horizon, job.playing, &body_->tool_of(job)->track});
-  return frame;
 }
 
 }  // namespace palpate

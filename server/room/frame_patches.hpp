@@ -2,13 +2,13 @@
 // (FrameModel); then one patch is built per station (patch_build.hpp), with snapshots of the states that the body may reach
 // (StatePrediction).
 //
-// A patch of a sleeping body is reused (Kept) as long as the tool at p with velocity v, tau the horizon, satisfies
+// A patch of a sleeping body is reused (CachedPatch) as long as the tool at p with velocity v, tau the horizon, satisfies
 //
-//     |p - p'| <= kKeptToolM,     tau |v - v'| <= kKeptAheadM,     |tau - tau'| <= kKeptHorizonShare tau
+//     |p - p'| <= kCachedToolM,     tau |v - v'| <= kCachedAheadM,     |tau - tau'| <= kCachedHorizonShare tau
 //
 // where p', v', tau' are those that it was made for, and scheme, order and silence are unchanged.
 //
-// A station whose tool was released (release_fade.hpp) gets a constant patch with the fading force.
+// A station whose tool was released (tool_coupling.hpp) gets a constant patch with the fading force.
 #pragma once
 
 #include <functional>
@@ -28,10 +28,10 @@ class FramePatches {
  public:
   /// `body` must outlive it.
   explicit FramePatches(SteppedBody& body);
-  /// Forgets all stations and all predictions of the body.
-  void clear();
+  /// Forgets all stations.
+  void clear() { stations_.clear(); }
   /// Drops the patches of the sleeping body, once the body has been stepped.
-  void forget_kept();
+  void drop_cached();
   /// Builds the patches of a frame after its step, for the stations of the job in order; without patches if `failed`.
   std::vector<StationFrame> build(const FrameJob& job, bool failed);
   /// Returns the modes of the newest patch that the station got, over all nodes; empty if it has got none.
@@ -40,32 +40,34 @@ class FramePatches {
 
  private:
   /// The last patch of a sleeping body, valid while the body sleeps and the tool hardly moves.
-  struct Kept {
+  struct CachedPatch {
     PatchRequest request;
     Patch patch;
     NonlinearTerms terms;
     bool serves(const PatchRequest& asked, const ToolAt& tool) const;
   };
-
   struct Station {
-    std::optional<Kept> kept;
+    std::optional<CachedPatch> cached;
     PatchModes modes;  // of the newest patch that was built
     Deadband deadband;
     std::uint32_t seq = 0;
   };
+  /// The share of one station in a frame.
+  struct Task {
+    const StationJob* job = nullptr;
+    Station* station = nullptr;
+    std::optional<std::size_t> port;  // none: its tool is released, or has no samples
+    bool builds = false, reuses = false;
+    PatchRequest request;
+  };
 
   void sync_stations(const FrameJob& job);
-  /// `which`: port_of() the station.
-  PatchRequest request_of(const StationJob& job, std::size_t which) const;
-  /// Returns for each station whether it gets a patch.
-  std::vector<std::uint8_t> begin(const FrameJob& job, bool failed);
-  bool in_reach(std::size_t which, Micros horizon);
-  void collect_snapshots(const FrameJob& job, const std::vector<std::uint8_t>& gets_patch, Micros horizon);
-  /// Returns the patch that the station got last if it still equals what a new one would say; else null.
-  const Kept* kept_for(const StationJob& job, std::size_t which) const;
-  void give_patch(const StationJob& job, std::size_t which, StationFrame& frame);
+  void begin_model(const FrameJob& job, Micros mean_horizon);
+  Task task_of(const StationJob& job);
+  bool in_reach(std::size_t port, Micros horizon);
+  StationFrame frame_of(const Task& task, Micros stamp);
+  void give_patch(const Task& task, StationFrame& frame);
   void give_fading_force(const StationJob& job, Micros stamp, StationFrame& frame);
-  StationFrame frame_of(const StationJob& job, Micros stamp, bool gets_patch);
 
   SteppedBody* body_;
   FrameModel frame_model_;

@@ -73,7 +73,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   SteppedBody& body = state_->body;
   FrameResult result;
   if (const std::optional<AdvanceReport> report = body.step(job)) {
-    state_->patches.forget_kept();
+    state_->patches.drop_cached();
     result.steps = report->steps;
     result.cut_steps = report->cut_steps;
     result.newton_iterations = report->newton_iterations;

@@ -6,14 +6,15 @@
 //
 // x, v 3 N [m], [m/s]; F of dynamics.hpp [N]; lambda_k [N] the force of tool k at its position h_k(t): in a touch by the contact
 // law (contact_law.hpp) at a point of the skin, in a grasp the force that holds its node at the tool. h_k(t) comes from the
-// samples (tool_track.hpp, grasp.hpp). The caller (ServerCore) decides how far a frame advances and which samples it may use.
+// samples (tool_track.hpp, tool_coupling.hpp). The caller (ServerCore) decides how far a frame advances and which samples it may
+// use.
 //
 // A tool that does not touch gets a patch if it may meet the body before the next one, that is, if it is nearer to the surface
 // than
 //     |h'| tau + a tau^2 / 2 + 5 mm,     tau its horizon, a = kHandAccelerationMostMs2 (tool_prediction.hpp)
 //
 // A body that is reset is at rest from the beginning of that frame on, and no tool touches it. The force that a hand felt fades,
-// and then its tool may touch again (release_fade.hpp); a grasp resumes where its node is in reach.
+// and then its tool may touch again (tool_coupling.hpp); a grasp resumes where its node is in reach.
 //
 // A body in equilibrium (stillness.hpp) that no tool holds, touches or can reach within the frame sleeps: time passes and it
 // stays exactly where it is. The frame in which a tool may reach it is stepped from its beginning.

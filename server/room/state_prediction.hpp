@@ -1,46 +1,46 @@
-// States that the body may be in until the next patches, for snapshots of their bases (snapshot_set.hpp): rollouts of its hands
-// (hand_rollouts.hpp), states that it was in before (snapshot_cache.hpp), and of a body at rest a warm-start indentation.
+// States that the body may be in until the next patches, for snapshots of their bases (snapshot_set.hpp): rollouts. The body is
+// stepped on from its state x* over the mean prediction horizon tau of a frame, once for each of some motions of the hands, and
+// x(t) at HandRollout::snapshots moments are the states. A tool at h* with velocity v is, t after the stamp
+// (tool_prediction.hpp), at
+//
+//     dead_reckoned   h(t) = h* + v (t - t^2 / (2 T)), decelerating: as its track continues without samples
+//     else            h(t) = h* + v t + a (t e - e^2 / 2),   e = min(t, kAccelerationTimeS);   at rest after kPredictionMostS
+//
+//     a = 0,  or a_h (accelerates),  or a_h + aside_m_s2;     a_h the present acceleration of the hand (SteppedBody::hand_motion)
+//
+// all hands at once in each. h [m], v [m/s], a [m/s^2]; of a grasp h is the position to which its node is led
+// (tool_coupling.hpp).
 //
 // A rollout costs what the body costs over its time, c tau, c its cost by the selection of the integrator [s/s]; as many are run
-// as fit into kFrameCostMostS, none of a body with c > kBodyCostMax. Where the integrator cannot roll out, or takes more small
-// steps than that is worth, rough steps are taken (rollout_integrator.hpp). Tuned and measured: docs/notebook.md, 24, 26, 30, 33.
+// as fit into kFrameCostMostS, in the order of the table, none of a body with c > kBodyCostMax; where tau is below kPredictionMostS
+// those in which no hand turns aside. Where the integrator keeps something from step to step, and of solids, whose explicit steps
+// are hundreds, TR-BDF2 takes one long step from snapshot to snapshot (rollout_integrator.hpp). A rollout whose steps do not
+// converge ends there; if that is the dead-reckoned one, none count. Tuned and measured: docs/notebook.md, 24, 26, 30, 33.
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "server/reduce/frame_model.hpp"
 #include "server/room/rollout_integrator.hpp"
-#include "server/room/snapshot_cache.hpp"
 #include "server/room/stepped_body.hpp"
 
 namespace palpate {
 
 class StatePrediction {
  public:
-  /// Both must outlive it.
-  StatePrediction(SteppedBody& body, FrameModel& frame_model);
-  /// Forgets everything: the body, or the hands on it, are others.
-  void clear();
-  /// For the patches of these tools, in a frame that has begun. None of rollouts where the likeliest does not get to its end.
-  std::vector<PredictedState> states(const std::vector<std::size_t>& tools, Micros horizon);
+  /// `body` must outlive it.
+  explicit StatePrediction(SteppedBody& body);
+  /// Returns the states of a frame; none for a body that sleeps, or whose likeliest rollout does not get to its end.
+  std::vector<PredictedState> states(Micros horizon);
 
  private:
-  /// A rollout from where the body is: `snapshot` gets which of kRolloutSnapshots moments it is, and x; roughly, it gets
-  /// kRoughRolloutSnapshots of them. As far as the steps converge; whether that is to the end.
-  bool roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);
   std::size_t affordable_rollouts(Micros horizon);
-  std::vector<PredictedState> hand_rollouts(Micros horizon);
-  void warm_start(const std::vector<std::size_t>& tools);
-  void add_cached(const std::vector<std::size_t>& tools, std::vector<PredictedState>& predicted);
+  bool roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);
 
   SteppedBody* body_;
-  FrameModel* frame_model_;
-  std::optional<RolloutIntegrator> roughly_;
-  SnapshotCache snapshot_cache_;
-  std::deque<Vec3> warm_started_;  // places on the body at rest
+  std::optional<RolloutIntegrator> long_steps_;
 };
 
 }  // namespace palpate

@@ -53,7 +53,6 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
   if (sleeps_through(job)) {
     body_.time_s = seconds(job.target);
   } else {
-    for (auto& [id, tool] : tools_) tool.measured_height.reset();
     report = advance(job);
     if (!report->converged) {
       // Continues from the last good shape, at rest and released: one frame that does not converge must not stop the room.
@@ -70,7 +69,7 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
 /// Skips time with the body unchanged; the tools are led from their old positions to those at `begin`.
 void SteppedBody::leave_out_until(Micros begin) {
   for (auto& [id, tool] : tools_)
-    if (!tool.track.empty()) tool.track.set_quiescence_tolerance(time(), begin);
+    if (!tool.track.empty()) tool.track.skip(time(), begin);
   body_.time_s = seconds(begin);
 }
 
@@ -83,29 +82,23 @@ void SteppedBody::fall_asleep() {
 }
 
 /// Returns true if a tool that does not touch may meet the body, where it is, before `until`.
-bool SteppedBody::may_meet(std::size_t k, Micros until) {
+bool SteppedBody::may_meet(std::size_t k, Micros until) const {
   assert(k < ports_.size());
   constexpr double kStrayMarginM = 0.001;  // a hand strays less between two checks
   if (ports_[k].kind == ContactKind::attach) return true;
-  const Micros begin = time();
-  const Vec3 from = tool(k, begin).position;
+  const Vec3 from = tool(k, time()).position;
   double way_m = (tool(k, until).position - from).norm();
-  for (Micros t = begin; t < until; t += kTick) way_m = std::max(way_m, (tool(k, t).position - from).norm());
-  return nearest_within(
-             k, from, way_m + kStrayMarginM, [this]() -> const auto& { return placed_ = skin_.place(body_.x); })
-      .has_value();
+  for (Micros t = time(); t < until; t += kTick) way_m = std::max(way_m, (tool(k, t).position - from).norm());
+  return nearest_within(from, way_m + kStrayMarginM).has_value();
 }
 
-std::optional<NearestPoint> SteppedBody::nearest_within(std::size_t k, const Vec3& tool, double far_m,
-                                                        const std::function<const std::vector<double>&()>& positions) {
-  std::optional<MeasuredHeight>& measured_height = tools_.at(port_owner_[k]).measured_height;
-  if (skin_.empty() || (measured_height && measured_height->least_height_m(tool) >= far_m)) return std::nullopt;
-  const NearestPoint nearest = nearest_point(skin_.view(), positions(), tool);
-  if (asleep_) measured_height = MeasuredHeight{tool, nearest.height_m};
+std::optional<NearestPoint> SteppedBody::nearest_within(const Vec3& tool, double far_m) const {
+  if (skin_.empty()) return std::nullopt;
+  const NearestPoint nearest = nearest_point(skin_.view(), skin_.place(body_.x), tool);
   return nearest.height_m < far_m ? std::optional(nearest) : std::nullopt;
 }
 
-bool SteppedBody::sleeps_through(const FrameJob& job) {
+bool SteppedBody::sleeps_through(const FrameJob& job) const {
   if (!asleep_ || !job.may_sleep) return false;
   for (std::size_t k = 0; k < ports_.size(); ++k)
     if (may_meet(k, job.target)) return false;

@@ -4,20 +4,13 @@
 // join (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that fell behind and is n > 2 nominal
 // frames long uses steps of n / 2 times their length.
 //
-// If the tools cost more than hands do (Stepper::advance() gives up), some are released, those with the longest path in the frame
-// first: one, then two more, four more ..., and the frame continues without them, so that the hands that cause the cost bear it.
-// They stay released for kOff, and for twice as long as before each time that it happens again within kForgiven.
-//
-// Over a sleeping body the surface stands still, so the height of a tool that was h_0 above it [m] at p_0 is at p at least
-//
-//     h >= h_0 - |p - p_0|
-//
-// and the nearest point of the surface is computed only where that bound is too low (MeasuredHeight).
+// If the tools cost more than hands do (Stepper::advance() gives up), some are released for kOff, those with the longest path in
+// the frame first: one, then two more, four more ..., and the frame continues without them, so that the hands that cause the cost
+// bear it.
 //
 // Tools have the numbers of their ports, k < ports().size(). Stations that share the tool of another have no port of their own.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <optional>
 #include <vector>
@@ -26,29 +19,18 @@
 #include "server/body/settle.hpp"
 #include "server/body/stillness.hpp"
 #include "server/reduce/tool_prediction.hpp"
-#include "server/room/grasp.hpp"
-#include "server/room/release_fade.hpp"
 #include "server/room/room.hpp"
+#include "server/room/tool_coupling.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
 
 class SteppedBody {
  public:
-  /// Height of a tool above the sleeping body, and the position where it was measured.
-  struct MeasuredHeight {
-    Vec3 from = Vec3::Zero();
-    double height_m = 0;
-    double least_height_m(const Vec3& at) const { return height_m - (at - from).norm(); }
-  };
-
   struct StationTool {
     ToolTrack track;
+    FadingVector grasp;  ///< from the tool to its node
     std::optional<ReleaseFade> let_go;
-    std::optional<MeasuredHeight> measured_height;
-    Grasp grasp;
-    Micros off{};  ///< time for which it stayed released when it last cost too much
-    std::optional<Micros> cost_at;
   };
 
   explicit SteppedBody(const Scene& scene);
@@ -87,26 +69,23 @@ class SteppedBody {
   /// Returns the motion of the hand at tool k, from the parabola through its positions now and 30 and 60 ms ago; without samples
   /// that old, its velocity alone.
   HandMotion hand_motion(std::size_t k) const;
-  /// Returns the nearest point of the surface to tool k at `tool`, if it is nearer than `far_m`. Over a sleeping body it is
-  /// computed only if the tool may have come that close since it was last computed. `positions()`: of the skin's vertices.
-  std::optional<NearestPoint> nearest_within(std::size_t k, const Vec3& tool, double far_m,
-                                             const std::function<const std::vector<double>&()>& positions);
+  /// Returns the nearest point of the surface to `tool`, if it is nearer than `far_m`.
+  std::optional<NearestPoint> nearest_within(const Vec3& tool, double far_m) const;
 
  private:
-  static constexpr Micros kOff{1'000'000}, kOffMost{32'000'000}, kForgiven{60'000'000};
-  ToolAt tool_at(const StationTool& tool, Micros t) const {
-    return scene_.tool.contact == ContactKind::attach ? tool.grasp.at(tool.track, t) : tool.track.at(t);
-  }
+  static constexpr Micros kOff{1'000'000};
+  static ToolAt tool_at(const StationTool& tool, Micros t) { return moved_by(tool.track.at(t), tool.grasp, t); }
   void take_samples(const FrameJob& job);
   void sync_ports(const FrameJob& job);
   void reset();
   void leave_out_until(Micros begin);
+  void drop_port(std::size_t k);
   void let_go_of(std::size_t k, Micros off);
   bool let_go_of_dearest(std::size_t most, Micros begin, Micros until);
   bool stays_off(StationTool& tool);
   void fall_asleep();
-  bool sleeps_through(const FrameJob& job);
-  bool may_meet(std::size_t k, Micros until);
+  bool sleeps_through(const FrameJob& job) const;
+  bool may_meet(std::size_t k, Micros until) const;
   AdvanceReport advance(const FrameJob& job);
 
   Scene scene_;
@@ -117,7 +96,6 @@ class SteppedBody {
   double softest_1_s2_;
   Stillness stillness_;
   bool asleep_ = false;
-  std::vector<double> placed_;  // positions of the skin's vertices of a sleeping body
   std::map<StationId, StationTool> tools_;
   std::vector<StationId> too_dear_;
   std::vector<ToolPort> ports_;

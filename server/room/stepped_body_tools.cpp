@@ -23,14 +23,8 @@ void SteppedBody::take_samples(const FrameJob& job) {
 }
 
 void SteppedBody::sync_ports(const FrameJob& job) {
-  for (std::size_t k = 0; k < ports_.size();) {
-    if (tools_.contains(port_owner_[k])) {
-      ++k;
-      continue;
-    }
-    ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
-    port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
-  }
+  for (std::size_t k = ports_.size(); k-- > 0;)
+    if (!tools_.contains(port_owner_[k])) drop_port(k);
   for (const StationJob& j : job.stations) {
     StationTool& tool = tools_[j.id];
     if (port_of(j.id) || j.shadow_of != 0 || tool.track.empty() || stays_off(tool)) continue;
@@ -41,11 +35,16 @@ void SteppedBody::sync_ports(const FrameJob& job) {
     if (port.kind == ContactKind::attach) {
       const Vec3 offset = at_node(body_.x, port.node) - tool.track.at(time()).position;
       if (offset.norm() > kGraspReachM) continue;
-      tool.grasp = Grasp(time(), offset);
+      tool.grasp = {time(), kGraspTime, offset};
     }
     ports_.push_back(port);
     port_owner_.push_back(j.id);
   }
+}
+
+void SteppedBody::drop_port(std::size_t k) {
+  ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
+  port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
 std::optional<std::size_t> SteppedBody::port_of(StationId id) const {
@@ -90,9 +89,8 @@ void SteppedBody::let_go_of(std::size_t k, Micros off) {
   const ToolPort& port = ports_[k];
   const bool holds = port.kind == ContactKind::attach || port.touching;
   if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else its station left in this very frame
-    tool->second.let_go = ReleaseFade{time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off};
-  ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
-  port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
+    tool->second.let_go = ReleaseFade(time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off);
+  drop_port(k);
 }
 
 /// Releases up to `most` touching tools; returns false if there is none. A tool that jumps about is outside as often as inside.
@@ -108,11 +106,7 @@ bool SteppedBody::let_go_of_dearest(std::size_t most, Micros begin, Micros until
   std::sort(dearest.rbegin(), dearest.rend());  // between equal paths, the later station first
   dearest.resize(std::min(most, dearest.size()));
   for (const auto& [way, id] : dearest) {
-    StationTool& tool = tools_.at(id);
-    const bool again = tool.cost_at && time() < *tool.cost_at + kForgiven;
-    tool.off = again ? std::min(2 * tool.off, kOffMost) : kOff;
-    tool.cost_at = time();
-    let_go_of(*port_of(id), tool.off);
+    let_go_of(*port_of(id), kOff);
     too_dear_.push_back(id);
   }
   return !dearest.empty();

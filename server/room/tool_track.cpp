@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "common/base/minimum_jerk.hpp"
 #include "server/reduce/tool_prediction.hpp"
 
 namespace palpate {
@@ -18,59 +17,43 @@ Vec3 within_reach(const ToolSample& last, const ToolSample& wanted) {
 }  // namespace
 
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
-  const bool gone_past = !empty() && body_time > samples_.back().t;
+  const bool gone_past = !empty() && body_time > newest();
   const ToolAt before = gone_past ? at(body_time) : ToolAt{};
   for (const ToolSample& s : samples)
-    if (samples_.empty())
-      samples_.push_back(s);
-    else if (s.t > samples_.back().t)
-      samples_.push_back({s.t, within_reach(samples_.back(), s)});
-  if (!gone_past) return;
-  lead_on(before.position, body_time);
+    if (empty())
+      samples_.add(s);
+    else if (s.t > newest())
+      samples_.add({s.t, within_reach(samples_.newest(), s)});
+  if (gone_past) lead_on(before.position, body_time);
 }
-
-void ToolTrack::set_quiescence_tolerance(Micros from, Micros to) { lead_on(at(from).position, to); }
 
 /// Leads the tool from `from` back to its path.
 void ToolTrack::lead_on(const Vec3& from, Micros body_time) {
-  offset_ = from - on_path(body_time).position;
-  led_from_ = body_time;
+  lead_ = {body_time, kLeadBack, from - on_path(body_time).position};
 }
 
-ToolAt ToolTrack::at(Micros t) const {
-  assert(!empty());
-  ToolAt tool = on_path(t);
-  if (offset_.isZero(0) || t >= led_from_ + kLeadBack) return tool;
-  const double length_s = seconds(kLeadBack), share = seconds(t - led_from_) / length_s;
-  tool.position += (1 - minimum_jerk(share)) * offset_;
-  tool.velocity -= (minimum_jerk_rate(share) / length_s) * offset_;
-  return tool;
-}
+ToolAt ToolTrack::at(Micros t) const { return moved_by(on_path(t), lead_, t); }
 
 ToolAt ToolTrack::on_path(Micros t) const {
   assert(!empty());
-  if (t <= samples_.front().t) return {samples_.front().position, Vec3::Zero()};
-  if (t > samples_.back().t) {
-    const ToolSample& end = samples_.back();
+  const std::size_t after = samples_.first_after(t - Micros{1});
+  if (after == 0) return {samples_.oldest().position, Vec3::Zero()};
+  if (after == samples_.size()) {
+    const ToolSample& end = samples_.newest();
     if (samples_.size() == 1) return {end.position, Vec3::Zero()};
     // If samples are further apart, the last two are used.
-    const auto from = std::lower_bound(samples_.begin(), samples_.end() - 2, end.t - kVelocityWindow,
-                                       [](const ToolSample& s, Micros x) { return s.t < x; });
-    const Vec3 velocity = (end.position - from->position) / seconds(end.t - from->t);
+    const std::size_t first = samples_.first_after(end.t - kVelocityWindow - Micros{1});
+    const ToolSample& from = samples_[std::min(first, samples_.size() - 2)];
+    const Vec3 velocity = (end.position - from.position) / seconds(end.t - from.t);
     return dead_reckoned({end.position, velocity}, seconds(t - end.t));
   }
-  const auto after = std::lower_bound(samples_.begin(), samples_.end(), t, [](const ToolSample& s, Micros x) { return s.t < x; });
-  const auto before = after - 1;
-  const double length_s = seconds(after->t - before->t);
-  assert(length_s > 0);
-  const Vec3 velocity = (after->position - before->position) / length_s;
-  return {before->position + seconds(t - before->t) * velocity, velocity};
+  const ToolSample &before = samples_[after - 1], &next = samples_[after];
+  const Vec3 velocity = (next.position - before.position) / seconds(next.t - before.t);
+  return {before.position + seconds(t - before.t) * velocity, velocity};
 }
 
 void ToolTrack::forget_before(Micros t) {
-  if (empty()) return;
-  t = std::min(t, newest() - kVelocityWindow);
-  while (samples_.size() > 2 && samples_[1].t < t) samples_.pop_front();
+  if (!empty()) samples_.forget_before(std::min(t, newest() - kVelocityWindow) - Micros{1}, 2);
 }
 
 }  // namespace palpate

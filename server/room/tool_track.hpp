@@ -10,13 +10,19 @@
 // the path at t_b is blended out over T, so that no body is torn.
 #pragma once
 
-#include <cassert>
-#include <deque>
 #include <span>
 
+#include "common/base/minimum_jerk.hpp"
+#include "common/base/sample_history.hpp"
 #include "server/body/integrator.hpp"
 
 namespace palpate {
+
+/// Returns the tool displaced by an offset that fades.
+inline ToolAt moved_by(ToolAt tool, const FadingVector& offset, Micros t) {
+  if (offset.over(t)) return tool;
+  return {tool.position + offset.at(t), tool.velocity + offset.rate(t)};
+}
 
 class ToolTrack {
  public:
@@ -26,18 +32,12 @@ class ToolTrack {
 
   bool empty() const { return samples_.empty(); }
   // Requires a path with samples, as all below except add() and forget_before().
-  Micros begin() const {
-    assert(!empty());
-    return samples_.front().t;
-  }
-  Micros newest() const {
-    assert(!empty());
-    return samples_.back().t;
-  }
+  Micros begin() const { return samples_.oldest().t; }
+  Micros newest() const { return samples_.newest().t; }
   /// Adds ascending samples; one that is not newer than the last is dropped. `body_time`: how far the body has followed the path.
   void add(std::span<const ToolSample> samples, Micros body_time);
-  /// Skips the body from `from` to `to`: the tool is led to where it is then, as by add().
-  void set_quiescence_tolerance(Micros from, Micros to);
+  /// Skips the time between `from` and `to`: the tool is led from where it was to where it is then, as by add().
+  void skip(Micros from, Micros to) { lead_on(at(from).position, to); }
   /// Adds samples to a path that the body has not started to follow.
   void add(std::span<const ToolSample> samples) { add(samples, Micros::min()); }
   /// Returns the position, and the velocity of the segment that ends at or contains `t`.
@@ -48,11 +48,11 @@ class ToolTrack {
   void forget_before(Micros t);
 
  private:
-  std::deque<ToolSample> samples_;
+  static constexpr std::size_t kMost = 8192;  // samples
   void lead_on(const Vec3& from, Micros body_time);
 
-  Micros led_from_{};
-  Vec3 offset_ = Vec3::Zero();  // from the path to at(), at led_from_
+  SampleHistory<ToolSample> samples_{kMost};
+  FadingVector lead_;  // from the path to at()
 };
 
 }  // namespace palpate

@@ -84,21 +84,6 @@ TEST_CASE("Sequence numbers go on past their wrap") {
   CHECK_FALSE(side.intake.accept(test::attach_patch(3, 0xffffffffu, kIntakeEpoch + 6 * kTick), kNow));
 }
 
-TEST_CASE("The history keeps the newest samples and finds them by time") {
-  SampleHistory history;
-  CHECK(history.first_after(kIntakeEpoch) == 0);
-  for (int ms = 0; ms < kSampleHistoryTicks + 500; ++ms) history.add(sample_at(ms));
-  CHECK(history.size() == kSampleHistoryTicks);
-  CHECK(history[0].t == sample_at(500).t);
-  CHECK(history[history.size() - 1].t == sample_at(kSampleHistoryTicks + 499).t);
-  CHECK(history.first_after(sample_at(700).t) == 201);
-  CHECK(history.first_after(sample_at(700).t - Micros{1}) == 200);
-  CHECK(history.first_after(Micros{0}) == 0);
-  CHECK(history.first_after(sample_at(1'000'000).t) == history.size());
-  history.clear();
-  CHECK(history.size() == 0);
-}
-
 namespace {
 
 /// Felt motion after the pieces of a nonlinear patch arrive in the given `order`, -1 being the patch itself.

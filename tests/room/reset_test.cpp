@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "common/player/player.hpp"
-#include "server/room/release_fade.hpp"
 #include "server/room/room.hpp"
+#include "server/room/tool_coupling.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

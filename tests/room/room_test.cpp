@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "server/reduce/tool_prediction.hpp"
-#include "server/room/grasp.hpp"
+#include "server/room/tool_coupling.hpp"
+#include "server/room/tool_track.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -307,15 +308,16 @@ TEST_CASE("The way into a grasp starts and ends at the tool's own speed, and its
   ToolTrack track;
   track.add(std::vector<ToolSample>{{Micros{0}, Vec3(0, 0, 0)}, {Micros{2'000'000}, Vec3(0.2, 0, 0)}});
   const Vec3 offset(0, 0.01, -0.02);
-  const Grasp grasp(Micros{200'000}, offset);
-  CHECK((grasp.at(track, Micros{200'000}).position - track.at(Micros{200'000}).position - offset).norm() < 1e-15);
-  CHECK((grasp.at(track, Micros{200'000}).velocity - Vec3(0.1, 0, 0)).norm() < 1e-12);
-  CHECK(grasp.at(track, Micros{700'000}).position == track.at(Micros{700'000}).position);
+  const FadingVector grasp{Micros{200'000}, kGraspTime, offset};
+  const auto node = [&](Micros t) { return moved_by(track.at(t), grasp, t); };
+  CHECK((node(Micros{200'000}).position - track.at(Micros{200'000}).position - offset).norm() < 1e-15);
+  CHECK((node(Micros{200'000}).velocity - Vec3(0.1, 0, 0)).norm() < 1e-12);
+  CHECK(node(Micros{700'000}).position == track.at(Micros{700'000}).position);
   for (const int ms : {250, 400, 500, 690}) {
     constexpr Micros kStep{100};
     const Micros t{1000 * ms};
-    const Vec3 difference = (grasp.at(track, t + kStep).position - grasp.at(track, t - kStep).position) / (2 * seconds(kStep));
-    CHECK((grasp.at(track, t).velocity - difference).norm() < 1e-5);
+    const Vec3 difference = (node(t + kStep).position - node(t - kStep).position) / (2 * seconds(kStep));
+    CHECK((node(t).velocity - difference).norm() < 1e-5);
   }
 }
 

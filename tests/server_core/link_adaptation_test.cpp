@@ -178,29 +178,3 @@ TEST_CASE("a patch with terms goes once whatever the link loses: the patch befor
   bench.room.terms = {};
   CHECK(std::next(copies_in_a_second(bench, hand).begin())->second == 3);
 }
-
-TEST_CASE("terms bring their parity where the link loses datagrams, as the last piece, and nothing more where it does not") {
-  Bench bench(ContactKind::attach);
-  RawStation hand(bench, 1, "hand");
-  hand.join().live();
-  bench.room.terms = seeds::spring_terms(6, true, 60, 40);
-  const auto pieces = static_cast<int>(to_pieces(bench.room.terms, 1).size());
-  for (const bool loses : {false, true}) {
-    hand.say(Beat{.link = loses ? LinkReport{1000, 30, 1, {}} : LinkReport{1000, 0, 0, {}}});
-    hand.live(Micros{50'000});
-    bench.sent.clear();
-    hand.live(Micros{1'000'000});
-    int due = 0;  // the next piece
-    bool whole = false;
-    for (const auto& [to, message] : bench.sent) {
-      const auto* piece = std::get_if<PatchTerms>(&message.body);
-      if (!piece) continue;
-      CHECK(piece->piece == due);
-      CHECK(is_parity(*piece) == (due == pieces));
-      due = (due + 1) % (loses ? pieces + 1 : pieces);
-      whole = true;
-    }
-    CHECK(whole);
-    CHECK(due == 0);
-  }
-}

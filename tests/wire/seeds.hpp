@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "common/port/terms_parity.hpp"
+#include "common/port/terms_pieces.hpp"
 #include "common/wire/codec.hpp"
 
 namespace palpate::seeds {
@@ -232,7 +232,6 @@ inline std::vector<Message> every_kind() {
   move_surface(7, 5, rest, touched);
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
   for (const PatchTerms& piece : to_pieces(solid_terms(6, true, 9, 8), 44)) all.push_back(message(piece));
-  all.push_back(message(parity_of(to_pieces(spring_terms(6, true, 60, 40), 42))));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));
   all.push_back(message(Beat{.body_time = Micros{17}, .contact_in_reach = true, .renewed_from = 0xfffffff0u}));

@@ -242,7 +242,7 @@ TEST_CASE("pieces that are not sane are not sent, and are dropped and counted wh
   bad.unit[2] = -1;
   CHECK(check(bad) == TermsFault::out_of_range);
   bad = good;
-  bad.piece = static_cast<std::uint8_t>(bad.pieces + 1);  // beyond the parity
+  bad.piece = static_cast<std::uint8_t>(bad.pieces);  // beyond the last
   CHECK(check(bad) == TermsFault::sizes);
   bad = good;
   bad.numbers.pop_back();
@@ -279,71 +279,4 @@ TEST_CASE("terms of neither springs nor tetrahedra are malformed") {
   CHECK(decode(bytes, out) == WireFault::none);
   head[kFlags] = std::byte{1 + 2};
   CHECK(decode(bytes, out) == WireFault::malformed);
-}
-
-namespace {
-
-/// Numbers of all pieces, which contain everything in the terms.
-std::vector<std::uint16_t> numbers_of(const NonlinearTerms& terms) {
-  std::vector<std::uint16_t> all;
-  for (const PatchTerms& piece : to_pieces(terms, 1)) all.insert(all.end(), piece.numbers.begin(), piece.numbers.end());
-  return all;
-}
-
-/// Terms after all pieces except those whose bit in `lost` is set, with the parity as the `parity_at`th.
-std::optional<NonlinearTerms> arrived_without(unsigned lost, std::size_t parity_at, const NonlinearTerms& terms,
-                                              const Patch& patch) {
-  const auto pieces = to_pieces(terms, patch.seq);
-  const PatchTerms parity = parity_of(pieces);
-  std::vector<PatchTerms> come;
-  for (std::size_t k = 0; k < pieces.size(); ++k)
-    if ((lost >> k & 1) == 0) come.push_back(pieces[k]);
-  come.insert(come.begin() + static_cast<std::ptrdiff_t>(std::min(parity_at, come.size())), parity);
-  TermsAssembly assembly;
-  for (const PatchTerms& piece : come) assembly.take(round_trip(piece));
-  return assembly.terms_for(patch);
-}
-
-}  // namespace
-
-TEST_CASE("any one piece of a patch's terms that is lost is restored by their parity, to the last bit, and no two are") {
-  const Patch grasp = seeds::attach_patch(12);
-  for (const NonlinearTerms& sent : {seeds::spring_terms(12, true, 100, 40), seeds::solid_terms(12, true, 60, 30)}) {
-    const auto whole = arrived(sent, grasp);
-    REQUIRE(whole);
-    const std::size_t pieces = to_pieces(sent, 1).size();
-    REQUIRE(pieces >= 2);
-    for (std::size_t k = 0; k < pieces; ++k)
-      for (const std::size_t parity_at : {std::size_t{0}, std::size_t{1}, pieces}) {
-        const auto restored = arrived_without(1U << k, parity_at, sent, grasp);
-        REQUIRE(restored);
-        CHECK(numbers_of(*restored) == numbers_of(*whole));
-      }
-    CHECK_FALSE(arrived_without(0b11, pieces, sent, grasp));
-    CHECK(arrived_without(0, 0, sent, grasp));
-  }
-}
-
-TEST_CASE("terms that are all there are not handed over again for a parity that nobody needs") {
-  const auto pieces = to_pieces(seeds::spring_terms(12, true, 60, 40), 5);
-  TermsAssembly assembly;
-  for (const PatchTerms& piece : pieces) CHECK(assembly.take(piece));
-  CHECK_FALSE(assembly.take(parity_of(pieces)));
-}
-
-TEST_CASE("what a parity restores is checked like a piece that came, and one that comes after it was restored is known") {
-  const Patch patch = seeds::attach_patch(12);
-  const auto pieces = to_pieces(seeds::spring_terms(12, true, 60, 40), patch.seq);
-  REQUIRE(pieces.size() >= 2);
-  for (const bool wrong : {false, true}) {
-    PatchTerms parity = parity_of(pieces);
-    if (wrong) parity.numbers[7] ^= static_cast<std::uint16_t>(pieces[0].numbers[7] ^ 0x7c00);  // turns it into infinity
-    TermsAssembly assembly;
-    CHECK(assembly.take(parity));
-    CHECK_FALSE(assembly.take(parity));
-    for (std::size_t k = 1; k < pieces.size(); ++k) CHECK(assembly.take(pieces[k]));
-    CHECK(assembly.terms_for(patch).has_value() != wrong);
-    CHECK(assembly.take(pieces[0]) == wrong);
-    CHECK(assembly.terms_for(patch));
-  }
 }
