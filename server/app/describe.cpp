@@ -84,7 +84,7 @@ std::optional<FrameCost> worst_cost(const Scene& scene, const SurfaceStiffness& 
 void add_costs(const Scene& scene, const SurfaceStiffness& finger, double rate_hz, std::vector<std::string>& lines) {
   const std::optional<FrameCost> cost = worst_cost(scene, finger, rate_hz);
   if (!cost) {
-    lines.push_back("a frame    not measured (palpate-lab load does it)");
+    lines.push_back("a frame    not measured (palpate-lab stations does it)");
     return;
   }
   const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};
