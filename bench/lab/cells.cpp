@@ -90,7 +90,7 @@ std::vector<std::filesystem::path> shard_files(const std::filesystem::path& fold
 }
 
 void announce_cells(std::size_t due, std::size_t all) {
-  fmt::print("{} cells of {}\n", due, all);
+  fmt::print("{} of {} cells are computed.\n", due, all);
   std::fflush(stdout);
 }
 
