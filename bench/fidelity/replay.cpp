@@ -36,7 +36,7 @@ WorldStation& add_station(World& world, const Motion& motion, const ReplayOption
     client.guard.slew_max_n_s = device->caps().slew_max_n_s;
   }
   device->wait_for_start();
-  LinkSpec link = options.links.empty() ? options.link : options.links.at(k);
+  LinkSpec link = options.link;
   link.seed += kSeedsEach * k;
   return world.add_station(client, std::move(device), link);
 }
@@ -49,6 +49,33 @@ struct Times {
     ++count;
   }
   double mean() const { return count > 0 ? sum_ms / static_cast<double>(count) : 0; }
+};
+
+/// Time spent in each phase of building patches.
+class PhaseTimes {
+ public:
+  explicit PhaseTimes(const Stopwatch& stopwatch) : stopwatch_(stopwatch) {}
+  void enter(BuildPhase phase) {
+    const std::int64_t now = stopwatch_();
+    ns_[static_cast<std::size_t>(phase_)] += static_cast<double>(now - entered_ns_);
+    phase_ = phase;
+    entered_ns_ = now;
+  }
+  void begin() {
+    phase_ = BuildPhase::other;
+    entered_ns_ = stopwatch_();
+  }
+  std::array<double, kPatchParts> mean_ms(std::uint64_t frames) const {
+    std::array<double, kPatchParts> mean{};
+    for (std::size_t k = 0; k < kPatchParts && frames > 0; ++k) mean[k] = 1e-6 * ns_[k] / static_cast<double>(frames);
+    return mean;
+  }
+
+ private:
+  const Stopwatch& stopwatch_;
+  BuildPhase phase_ = BuildPhase::other;
+  std::int64_t entered_ns_ = 0;
+  std::array<double, kPatchParts> ns_{};
 };
 
 /// For each swap: the largest change of force from tick to tick within its cross-fade, beyond the reference's own.
@@ -117,25 +144,15 @@ void low_pass(double cut_off_hz, std::vector<ReplayTick>& ticks) {
   for (std::size_t i = 1; i < ticks.size(); ++i) ticks[i].felt = ticks[i - 1].felt + gain * (ticks[i].felt - ticks[i - 1].felt);
 }
 
-LinkSpec slowest_link(const ReplayOptions& options) {
-  LinkSpec slowest = options.links.empty() ? options.link : options.links.front();
-  for (const LinkSpec& link : options.links)
-    if (link.latency > slowest.latency) slowest = link;
-  return slowest;
-}
-
 /// Counters that grow during a run.
 struct Tally {
-  std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, bytes_received = 0, samples = 0, samples_late = 0;
+  std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, bytes_received = 0;
 };
 
 Tally tally_of(const World& world, std::size_t k) {
   const ClientCore& core = world.station(k).core();
   const HapticCounts& haptic = core.haptic().counts();
-  Tally tally{haptic.patches_used, haptic.faded_ticks, core.counts().bytes_sent, core.counts().bytes_received};
-  for (const StationReport& station : world.server().stations())
-    if (station.name == station_name(k)) tally.samples = station.counts.samples, tally.samples_late = station.counts.samples_late;
-  return tally;
+  return {haptic.patches_used, haptic.faded_ticks, core.counts().bytes_sent, core.counts().bytes_received};
 }
 
 /// Adds the station's and the server's counts since `before` to the result.
@@ -150,9 +167,6 @@ void count(ReplayResult& result, const World& world, std::size_t k, const Tally&
   result.guard = core.haptic().guard_counts();
   result.uplink_bytes_s = static_cast<double>(after.bytes_sent - before.bytes_sent) / seconds(length);
   result.downlink_bytes_s = static_cast<double>(after.bytes_received - before.bytes_received) / seconds(length);
-  if (after.samples > before.samples)
-    result.late_share =
-        static_cast<double>(after.samples_late - before.samples_late) / static_cast<double>(after.samples - before.samples);
 }
 
 }  // namespace
@@ -180,18 +194,15 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
                                           const Stopwatch& stopwatch) {
   const auto n = motions.size();
   std::vector<ReplayResult> results(n);
-  WorldOptions in{.rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband};
-  if (!options.frame_times.empty())
-    in.frame_times = [&times = options.frame_times, k = std::size_t{0}](Micros, const FrameJob&, const FrameResult& r) mutable {
-      return FrameTimes{.step = r.steps > 0 ? times[k++ % times.size()] : Micros{}};
-    };
+  const WorldOptions in{
+      .rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband};
   World world(scene, in);
   std::vector<WorldStation*> stations;
   for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
 
   Times build, frame;
+  PhaseTimes phases(stopwatch);
   std::vector<ReplayFrame> frames;  // times in world time
-  std::vector<LocalStart> starts;   // stamps in the server's clock
   Micros begin = Micros::max();     // begin of the motions, in world time
   std::span<const Micros> resets = options.resets;
   world.run_frame = [&](Room& room, const FrameJob& due) {
@@ -200,15 +211,15 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     const auto t0 = stopwatch();
     FrameResult r = room.simulate(job);
     const auto t1 = stopwatch();
+    room.listen([&](BuildPhase phase) { phases.enter(phase); });
+    phases.begin();
     room.build_patches(job, r);
     if (options.make_patch) replace_patches(room, job, options.make_patch, r);
+    phases.enter(BuildPhase::other);
     const auto t2 = stopwatch();
     frame.add(t2 - t0);
     if (!r.stations.empty() && r.stations[0].patch) build.add(t2 - t1);
     if (!r.stations.empty()) frames.push_back({world.now() + options.compute, r.stations[0].force});
-    if (options.keep_starts && !r.stations.empty() && r.stations[0].patch)
-      if (auto origin = room.origin(r.stations[0].id))
-        starts.push_back({r.stamp, std::move(origin->body), origin->port, std::move(origin->modes)});
     return r;
   };
   std::vector<std::vector<double>> tick_ns(n);
@@ -220,7 +231,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       return out;
     };
 
-  begin = join(world, stations, scene, motions, options.scheme, slowest_link(options), options.rate_hz);
+  begin = join(world, stations, scene, motions, options.scheme, options.link, options.rate_hz);
   Micros length = Micros::max();
   for (const Motion& motion : motions) length = std::min(length, motion.duration());
   const auto ticks = static_cast<std::size_t>(length / kTick) + 1;
@@ -242,8 +253,6 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   }
   world.run_until(begin + length);
 
-  for (LocalStart& start : starts) start.stamp -= world.server_clock(begin);
-  results[0].starts = std::move(starts);
   for (const ReplayFrame& f : frames)
     if (f.t >= begin) results[0].frames.push_back({f.t - begin, f.force});
   const auto full_model_progress = [&](double share) {
@@ -261,6 +270,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     results[k].tick_ns_p99 = percentile(std::move(tick_ns[k]), 0.99);
     results[k].patch_build_ms_mean = build.mean();
     results[k].frame_ms_mean = frame.mean();
+    results[k].phase_ms_mean = phases.mean_ms(build.count);
   }
   return results;
 }

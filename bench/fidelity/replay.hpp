@@ -2,6 +2,7 @@
 // reference.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -13,17 +14,9 @@
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 #include "common/wire/scheme_in_use.hpp"
-#include "server/body/stepper.hpp"
+#include "server/reduce/build_phase.hpp"
 
 namespace palpate {
-
-/// State of a frame in which a patch was built.
-struct LocalStart {
-  Micros stamp{};  ///< time into the motion
-  BodyState body;  ///< at the stamp
-  ToolPort port;   ///< at the stamp
-  Matrix modes;    ///< V, 3 N x r, orthonormal in M
-};
 
 /// Makes the patch of a station at the end of a frame, from the body and the tool's port (`at`), the patch of scheme `hold` for
 /// them, and the age that the patch will reach; empty: no patch.
@@ -33,18 +26,14 @@ struct ReplayOptions {
   SchemeAsked scheme = Scheme::port;  ///< empty: the server chooses, as one that needs no time for patches
   int order = 0;                      ///< states, 0 = the scheme's default
   double rate_hz = 20;
-  LinkSpec link;                     ///< one way
-  std::vector<LinkSpec> links = {};  ///< one per station; empty: `link` for all
+  LinkSpec link;  ///< one way
   std::uint64_t seed = 1;
   Micros compute{};
-  /// If not empty, replaces `compute`: times of the frames that step the body, one after the other, repeated from the first.
-  std::vector<Micros> frame_times = {};
   bool simulated_device = false;              ///< true: a Phantom in a hand that follows the motion; false: the motion itself
   const ReferenceForce* reference = nullptr;  ///< for the same path, if known: runs without a simulated device share it
   PassivityMode passivity = PassivityMode::off;
   double deadband = 0;              ///< see ServerOptions
   std::vector<Micros> resets = {};  ///< resets of the body, times into the motions, ascending
-  bool keep_starts = false;         ///< fills ReplayResult::starts
   /// By tick of the first station: 0 for ticks without a hand, which are not scored. Empty: all ticks are scored.
   std::vector<std::uint8_t> scored = {};
   PatchMaker make_patch = {};  ///< if not empty, makes the patches instead of the server; `scheme` is then `hold`
@@ -80,17 +69,16 @@ struct ReplayResult {
   HandOverSteps hand_over;  ///< between the patches, before the cross-fade
   HandOverSteps felt_step;  ///< what a hand-over adds to the change of force from tick to tick, beyond that of the reference
   Micros age_p95{};         ///< 95th percentile of the age of the patches in use
-  double late_share = 0;    ///< share of samples that came after the body had passed them
   std::uint64_t faded_ticks = 0;
   GuardCounts guard;
   std::uint64_t patches_used = 0;
   double patch_bytes_mean = 0;  ///< bytes sent per patch, with its copies and terms
   int patch_states = 0;
   Patch last_patch;
-  std::vector<LocalStart> starts;  ///< for the first station's patches, if requested
   double uplink_bytes_s = 0, downlink_bytes_s = 0;
   // Wall clock of this machine:
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
+  std::array<double, kPatchParts> phase_ms_mean{};  ///< parts of patch_build_ms_mean, by BuildPhase; for touches alone
 };
 
 /// relative_errors() of the felt force (metrics.hpp).
@@ -107,8 +95,7 @@ ReferenceForce reference_of(const Scene& scene, const Motion& motion);
 /// Throws InputError if the station cannot join, std::runtime_error if the model fails.
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch);
 /// Replays several stations on one body, one motion each, all starting at the same moment; the shortest motion ends the run.
-/// Links draw from seeds of their own. `patch_build_ms_mean` covers all patches of a frame. `options.links`, if given, has as
-/// many entries as there are motions.
+/// Links draw from seeds of their own. `patch_build_ms_mean` covers all patches of a frame.
 std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Motion> motions, const ReplayOptions& options,
                                           const Stopwatch& stopwatch);
 

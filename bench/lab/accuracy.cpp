@@ -1,26 +1,69 @@
 // palpate-lab accuracy: accuracy of every scheme's force over the round trip, on every scene, and its cost.
+//
+// A cell is the examination (examination.hpp) of one scene through one scheme at one round trip, with the real cores in virtual
+// time.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <iterator>
 #include <map>
 #include <numeric>
 #include <tuple>
 
-#include "bench/fidelity/metrics.hpp"
-#include "bench/lab/accuracy_cells.hpp"
+#include "bench/fidelity/replay.hpp"
+#include "bench/lab/cells.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/shards.hpp"
+#include "bench/lab/tasks.hpp"
 #include "bench/measure/reach.hpp"
-#include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
+#include "bench/paper/compared_scheme.hpp"
+#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr double kJndLimit = kForceJnd, kHundredth = 0.01;
-constexpr double kFirmRttMs = 150;  // round trip of the printed costs
+constexpr double kFirmRttMs = 150;      // round trip of the printed costs
+constexpr double kTremorFloorM = 1e-5;  // along (1, 1, 1); a hand trembles by 50 to 200 um rms (client/device/hand.hpp)
+
+/// as_sent: the program as it is. tremor_floor, without a round trip: the reference against itself with the hand kTremorFloorM
+/// off its path; accuracy beyond that is finer than any hand can be held.
+enum class AccuracyRow : std::uint8_t { as_sent, tremor_floor };
+constexpr std::array<std::string_view, 2> kAccuracyRowNames{"as_sent", "tremor_floor"};
+
+struct AccuracyCell {
+  std::string scene;  // at_place(), tasks.hpp
+  ComparedScheme scheme = ComparedScheme::hyper;
+  AccuracyRow row = AccuracyRow::as_sent;
+  double rtt_ms = 0;
+  // Results:
+  ComparedScheme served = ComparedScheme::hyper;           // scheme that the server chose
+  double snr_db = 0;                       // as in metrics.hpp
+  double median_error = 0, p95_error = 0;  // relative error of the force, where it is at least a tenth of its peak
+  double frame_bytes = 0;                  // bytes of the patch and its terms
+  double build_ms = 0, tick_us = 0;        // processor time: server per patch, client per tick (median)
+};
+using AccuracyCells = std::vector<AccuracyCell>;
+
+bool has_round_trip(const AccuracyCell& cell) { return cell.row != AccuracyRow::tremor_floor; }
+
+CellTable<AccuracyCell> accuracy_table() {
+  CellTable<AccuracyCell> table;
+  table.parameter("scene", &AccuracyCell::scene)
+      .parameter("scheme", &AccuracyCell::scheme, kComparedSchemeNames)
+      .parameter("row", &AccuracyCell::row, kAccuracyRowNames)
+      .parameter("rtt_ms", &AccuracyCell::rtt_ms, "{:g}")
+      .result("served", &AccuracyCell::served, kComparedSchemeNames)
+      .result("snr_db", &AccuracyCell::snr_db, "{:.3f}")
+      .result("median_error", &AccuracyCell::median_error, "{:.5g}")
+      .result("p95_error", &AccuracyCell::p95_error, "{:.5g}")
+      .result("frame_bytes", &AccuracyCell::frame_bytes, "{:.0f}")
+      .result("build_ms", &AccuracyCell::build_ms, "{:.4g}")
+      .result("tick_us", &AccuracyCell::tick_us, "{:.4g}");
+  return table;
+}
 
 struct AccuracyFlags {
   std::string out, scenes = "scenes";
@@ -28,10 +71,69 @@ struct AccuracyFlags {
   std::vector<double> rtt_ms;
   bool quick = false, as_sent = false;
   int places = 0;
-  ShardFlags shards;
+  CellFlags cells;
 };
 
-using AccuracyCells = std::vector<AccuracyCell>;
+std::vector<std::string> scenes_of(const AccuracyFlags& flags) {
+  std::vector<std::string> names = scenes_in(flags.scenes, flags.only);
+  if (flags.places == 0) return names;
+  std::vector<std::string> places;
+  for (const std::string& name : names)
+    for (int place = 1; place <= flags.places; ++place) places.push_back(at_place(name, place));
+  return places;
+}
+
+AccuracyCells accuracy_cells(const AccuracyFlags& flags) {
+  std::vector<double> rtt_ms = flags.rtt_ms;
+  if (rtt_ms.empty())
+    rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
+                         : std::vector<double>{0, 25, 50, 75, 100, 150, 200, 250, 300, 400, 500};
+  AccuracyCells cells;
+  for (const AccuracyCell& cell : crossed(crossed(AccuracyCells(1), &AccuracyCell::scene, scenes_of(flags)),
+                                          &AccuracyCell::scheme, compared_schemes_named(flags.schemes))) {
+    for (AccuracyCell& at : crossed(AccuracyCells{cell}, &AccuracyCell::rtt_ms, rtt_ms)) cells.push_back(std::move(at));
+    if (flags.as_sent || cell.scheme != ComparedScheme::hyper) continue;
+    cells.push_back(cell);
+    cells.back().row = AccuracyRow::tremor_floor;
+  }
+  return cells;
+}
+
+void set_errors(AccuracyCell& cell, double snr_db, const std::vector<double>& relative) {
+  cell.snr_db = snr_db;
+  cell.median_error = percentile(relative, 0.5);
+  cell.p95_error = percentile(relative, 0.95);
+}
+
+void measure_tremor_floor(AccuracyCell& cell, const SweepTask& task) {
+  std::vector<MotionPoint> points(task.motion.points().begin(), task.motion.points().end());
+  for (MotionPoint& p : points) p.position += kTremorFloorM * Vec3::Ones().normalized();
+  const std::vector<Vec3> aside = reference_of(task.scene, Motion(std::move(points))).force;
+  cell.served = cell.scheme;
+  set_errors(cell, compare(aside, task.reference.force, kSkipTicks).snr_db, relative_errors(aside, task.reference.force));
+}
+
+void measure_accuracy(AccuracyCell& cell, const SweepTask& task) {
+  if (cell.row == AccuracyRow::tremor_floor) return measure_tremor_floor(cell, task);
+  ReplayOptions options;
+  select(cell.scheme, task.scene, options);
+  options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
+  options.reference = &task.reference;
+  const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
+  set_errors(cell, result.fidelity.snr_db, relative_errors(result));
+  cell.served = offered(cell.scheme) ? compared(result.last_patch.scheme) : cell.scheme;
+  cell.frame_bytes = result.patch_bytes_mean;
+  cell.build_ms = result.patch_build_ms_mean;
+  cell.tick_us = 1e-3 * result.tick_ns_p50;
+}
+
+/// Scenes of which the tool never meets the body in the examination: there is nothing to score.
+std::vector<std::string> untouched_of(const SweepTasks& tasks) {
+  std::vector<std::string> untouched;
+  for (const auto& [name, task] : tasks)
+    if (compare(task.reference.force, task.reference.force, kSkipTicks).contact_ticks == 0) untouched.push_back(name);
+  return untouched;
+}
 
 bool same_curve(const AccuracyCell& a, const AccuracyCell& b) {
   return a.scene == b.scene && a.scheme == b.scheme && a.row == b.row;
@@ -50,28 +152,15 @@ std::vector<AccuracyCells> curves_of(const AccuracyCells& cells) {
   return curves;
 }
 
-/// Returns true if the felt force came from a patch; otherwise its cost is meaningless.
-bool is_sent(AccuracyRow row) { return row == AccuracyRow::as_sent || row == AccuracyRow::exact_states; }
+std::string_view row_name(const AccuracyCell& c) { return kAccuracyRowNames[static_cast<std::size_t>(c.row)]; }
 
 std::string title_of(const AccuracyCell& c) {
-  std::string title(name_of(c.scheme));
-  switch (c.row) {
-    case AccuracyRow::as_sent:
-      return title;
-    case AccuracyRow::exact_states:
-      return title + ", exact states";
-    case AccuracyRow::full_forces:
-      return title + ", full forces";
-    case AccuracyRow::whole_linear:
-      return "whole body, linear";
-    case AccuracyRow::tremor_floor:
-      return fmt::format("tremor noise floor, hand {:g} um off its path", 1e6 * kTremorFloorM);
-  }
-  return title;
+  if (c.row == AccuracyRow::as_sent) return std::string(name_of(c.scheme));
+  return fmt::format("tremor noise floor, hand {:g} um off its path", 1e6 * kTremorFloorM);
 }
 
 std::filesystem::path curve_file(const std::filesystem::path& out, const AccuracyCell& c) {
-  return out / fmt::format("accuracy-{}-{}-{}.csv", c.scene, name_of(c.scheme), name_of(c.row));
+  return out / fmt::format("accuracy-{}-{}-{}.csv", c.scene, name_of(c.scheme), row_name(c));
 }
 
 void write_curve(const std::filesystem::path& out, const AccuracyCells& curve) {
@@ -82,18 +171,16 @@ void write_curve(const std::filesystem::path& out, const AccuracyCells& curve) {
   write_text(curve_file(out, curve.front()), csv);
 }
 
-/// Panel with the curves of a scene over the round trip. Curves of a single point are omitted, and those with exact states, which
-/// would cover the ones as sent.
+/// Panel with the curves of a scene over the round trip.
 GridPanel panel_of(const std::filesystem::path& out, const std::vector<AccuracyCells>& curves, const std::string& scene,
                    const std::string& what, const std::string& column, const std::string& setup) {
   const std::vector<ComparedScheme> schemes = compared_schemes();
   GridPanel panel{scene, "round trip [ms]", what, {}, setup};
   for (const AccuracyCells& curve : curves) {
     const AccuracyCell& c = curve.front();
-    if (c.scene != scene || c.row == AccuracyRow::exact_states || !has_round_trip(c.row)) continue;
-    const bool beside = c.row != AccuracyRow::as_sent;
+    if (c.scene != scene || !has_round_trip(c)) continue;
     const auto style = static_cast<int>(std::find(schemes.begin(), schemes.end(), c.scheme) - schemes.begin()) + 1;
-    panel.curves.push_back({column, title_of(c), style, curve_file(out, c), beside ? "lines dt 3" : "linespoints"});
+    panel.curves.push_back({column, title_of(c), style, curve_file(out, c), "linespoints"});
   }
   return panel;
 }
@@ -113,7 +200,7 @@ void draw(const std::filesystem::path& out, const std::vector<AccuracyCells>& cu
                               "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
                               "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }
-  plot_grid_with_one_legend(out / "accuracy.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
+  plot_grid(out / "accuracy.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
 }
 
 /// Round trip up to which the p95 error stays below `limit` [ms].
@@ -136,10 +223,10 @@ Json to_json(const AccuracyCells& curve) {
   const AccuracyCell& c = curve.front();
   Json all{{"scene", c.scene},
            {"scheme", name_of(c.scheme)},
-           {"row", name_of(c.row)},
+           {"row", row_name(c)},
            {"served", name_of(c.served)},
            {"round_trips", rows}};
-  if (!has_round_trip(c.row)) return all;
+  if (!has_round_trip(c)) return all;
   all["within_10_pct_until_ms"] = holds_until_ms(curve, kJndLimit);
   all["within_1_pct_until_ms"] = holds_until_ms(curve, kHundredth);
   return all;
@@ -156,21 +243,20 @@ void print(const std::vector<AccuracyCells>& curves) {
     const AccuracyCell& c = curve.front();
     if (c.scene != scene) {
       scene = c.scene;
-      fmt::print("\n{:<24} dB at RTT", scene);
+      fmt::print("\n{:<20} SNR [dB] at RTT [ms]", scene);
       for (const AccuracyCell& at : curve) fmt::print(" {:>5g}", at.rtt_ms);
-      fmt::print("   p95 < 10 %   < 1 %    bytes  server ms  tick us\n");
+      fmt::print("   p95 < 10 %   < 1 %  patch [B]  server [ms]  tick [us]\n");
     }
-    fmt::print("  {:<32}", title_of(c) + (c.served == c.scheme ? "" : fmt::format(" ({})", name_of(c.served))));
+    fmt::print("  {:<39}", title_of(c) + (c.served == c.scheme ? "" : fmt::format(" ({})", name_of(c.served))));
     for (const AccuracyCell& at : curve) fmt::print(" {:>5.1f}", at.snr_db);
-    if (!has_round_trip(c.row)) {
+    if (!has_round_trip(c)) {
       fmt::print("\n");
       continue;
     }
     const auto firm = std::find_if(curve.begin(), curve.end(), [](const AccuracyCell& at) { return at.rtt_ms >= kFirmRttMs; });
     const AccuracyCell& cost = firm == curve.end() ? curve.back() : *firm;
-    fmt::print("   {:>10} {:>7}", until(curve, kJndLimit), until(curve, kHundredth));
-    if (is_sent(c.row)) fmt::print(" {:>8.0f} {:>10.2f} {:>8.2f}", cost.frame_bytes, cost.build_ms, cost.tick_us);
-    fmt::print("\n");
+    fmt::print("   {:>10} {:>7} {:>10.0f} {:>11.2f} {:>10.2f}\n", until(curve, kJndLimit), until(curve, kHundredth),
+               cost.frame_bytes, cost.build_ms, cost.tick_us);
   }
 }
 
@@ -178,21 +264,21 @@ std::string scene_of(const AccuracyCell& cell) { return cell.scene.substr(0, cel
 
 /// Prints the mean and the least over the places of each scene, as a hand feels the error of its own place.
 void print_places(const AccuracyCells& cells) {
-  std::map<std::tuple<std::string, ComparedScheme, AccuracyRow, double>, std::pair<std::vector<double>, double>> all;
+  std::map<std::tuple<std::string, ComparedScheme, double>, std::pair<std::vector<double>, double>> all;
   for (const AccuracyCell& c : cells) {
-    if (c.scene.find('@') == std::string::npos) continue;
-    auto& [snr_db, p95] = all[{scene_of(c), c.scheme, c.row, c.rtt_ms}];
+    if (c.scene.find('@') == std::string::npos || !has_round_trip(c)) continue;
+    auto& [snr_db, p95] = all[{scene_of(c), c.scheme, c.rtt_ms}];
     snr_db.push_back(c.snr_db);
     p95 = std::max(p95, c.p95_error);
   }
   if (!all.empty())
-    fmt::print("\n{:<20} {:<8} {:<14} {:>6} {:>9} {:>9} {:>14}\n", "over all places", "scheme", "row", "RTT ms", "mean dB",
-               "least dB", "worst p95, %");
+    fmt::print("\n{:<20} {:<9} {:>8} {:>14} {:>17} {:>14}\n", "scene, all places", "scheme", "RTT [ms]", "mean SNR [dB]",
+               "minimum SNR [dB]", "worst p95 [%]");
   for (const auto& [key, value] : all) {
-    const auto& [scene, scheme, row, rtt_ms] = key;
+    const auto& [scene, scheme, rtt_ms] = key;
     const auto& [snr_db, p95] = value;
     const double mean = std::accumulate(snr_db.begin(), snr_db.end(), 0.0) / static_cast<double>(snr_db.size());
-    fmt::print("{:<20} {:<8} {:<14} {:>6g} {:>9.1f} {:>9.1f} {:>14.1f}\n", scene, name_of(scheme), name_of(row), rtt_ms, mean,
+    fmt::print("{:<20} {:<9} {:>8g} {:>14.1f} {:>17.1f} {:>14.1f}\n", scene, name_of(scheme), rtt_ms, mean,
                *std::min_element(snr_db.begin(), snr_db.end()), 100 * p95);
   }
 }
@@ -209,32 +295,22 @@ void report(const AccuracyCells& cells, const std::vector<std::string>& untouche
   fmt::print("\n{}\n{}\n", (out / "accuracy.svg").string(), (out / "summary.json").string());
 }
 
-AccuracyGrid grid_of(const AccuracyFlags& flags) {
-  AccuracyGrid grid{flags.scenes, flags.only, {}, flags.rtt_ms, flags.as_sent, flags.places};
-  for (const std::string& name : flags.schemes) grid.schemes.push_back(compared_scheme(name, "--schemes"));
-  if (grid.rtt_ms.empty())
-    grid.rtt_ms = flags.quick ? std::vector<double>{0, 50, 150, 300, 500}
-                              : std::vector<double>{0, 25, 50, 75, 100, 150, 200, 250, 300, 400, 500};
-  return grid;
-}
-
 int run_accuracy(const AccuracyFlags& flags) {
-  const Shard shard = Shard::from(flags.shards.shard);
-  const AccuracyGrid grid = grid_of(flags);
   const auto out = make_output_folder(flags.out);
-  AccuracyCells cells;
-  if (flags.shards.merge) {
-    cells = merged_cells(out, read_accuracy_cells);
-    write_text(out / "cells.csv", cells_csv(cells));
-    report(cells, {}, out);
-    return 0;
-  }
-  const AccuracyCells all = accuracy_cells(grid);
-  cells = shard.part_of(all);
-  fmt::print("{} runs of {}\n", cells.size(), all.size());
-  const std::vector<std::string> untouched = measure_cells(grid, cells, flags.shards.jobs);
-  write_text(shard.file(out), cells_csv(cells));
-  if (shard.of == 1) report(cells, untouched, out);
+  SweepTasks tasks;
+  std::vector<std::string> untouched;
+  CellSweep<AccuracyCell> sweep{accuracy_table(), {}};
+  if (!flags.cells.merge) sweep.cells = accuracy_cells(flags);
+  sweep.prepare = [&](AccuracyCells& cells, unsigned jobs) {
+    for (const AccuracyCell& cell : cells) add_examination(tasks, flags.scenes, cell.scene);
+    add_references(tasks, jobs);
+    untouched = untouched_of(tasks);
+    std::erase_if(cells, [&](const AccuracyCell& cell) {
+      return !suits(cell.scheme, tasks.at(cell.scene).scene.body) || std::ranges::count(untouched, cell.scene) > 0;
+    });
+  };
+  sweep.measure = [&](AccuracyCell& cell) { measure_accuracy(cell, tasks.at(cell.scene)); };
+  if (const auto cells = run_cells(sweep, flags.cells, out)) report(*cells, untouched, out);
   for (const std::string& scene : untouched)
     fmt::print(stderr, "palpate-lab: no contact: the examination never meets the body of {}, so it is not scored\n", scene);
   return untouched.empty() ? 0 : 1;
@@ -244,23 +320,23 @@ int run_accuracy(const AccuracyFlags& flags) {
 
 void add_accuracy(CLI::App& app, Run& run) {
   auto flags = std::make_shared<AccuracyFlags>();
-  CLI::App* c = app.add_subcommand(
-      "accuracy", "force error against the round trip for every scheme on every scene, what limits it, and what it costs");
+  CLI::App* c = app.add_subcommand("accuracy",
+                                   "measure the force error over the round trip, for every scheme on every scene, and its cost");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
-  c->add_option("--only", flags->only, "these scenes alone, by file name without .json, separated by commas")
+  c->add_option("--only", flags->only, "only these scenes, by file name without .json, separated by commas")
       ->type_name("NAME")
       ->delimiter(',');
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
-  c->add_flag("--quick", flags->quick, "five round trips instead of eleven");
-  c->add_option("--rtt-ms", flags->rtt_ms, "these round trips alone, separated by commas")
+  c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")->type_name("NAME")->delimiter(',');
+  c->add_flag("--quick", flags->quick, "use five round trips instead of eleven");
+  c->add_option("--rtt-ms", flags->rtt_ms, "use only these round trips, separated by commas")
       ->type_name("MS")
       ->delimiter(',')
       ->check(CLI::Range(0.0, 2000.0));
-  c->add_flag("--as-sent", flags->as_sent, "without what limits a scheme: what is sent alone");
-  c->add_option("--places", flags->places, "places drawn by chance on the surface of each scene; 0: the top alone")
+  c->add_flag("--as-sent", flags->as_sent, "leave out the tremor noise floor");
+  c->add_option("--places", flags->places, "number of places drawn on the surface of each scene; 0: its top")
       ->type_name("N")
       ->check(CLI::Range(0, 64));
-  flags->shards.add_to(*c);
+  flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and accuracy.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_accuracy(*flags); }; });
 }

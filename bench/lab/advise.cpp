@@ -39,11 +39,11 @@ void print_body(const AdvisedBody& b) {
 }
 
 void print_tried(const Advice& advice) {
-  fmt::print("\n  {:>9}{:>8}{:>7}{:>8}{:>10}{:>10}{:>10}{:>14}\n", "spacing", "nodes", "held", "cells", "volume %", "error %",
-             "at worst", "ms a frame");
+  fmt::print("\n  {:>12}{:>8}{:>7}{:>8}{:>12}{:>11}{:>17}{:>12}\n", "spacing [mm]", "nodes", "held", "cells", "volume [%]",
+             "error [%]", "worst error [%]", "frame [ms]");
   for (std::size_t i = 0; i < advice.tried.size(); ++i) {
     const AdvisedMesh& m = advice.tried[i];
-    fmt::print("{} {:>6.2f} mm{:>8}{:>7}{:>8}{:>10.1f}{:>10.1f}{:>10.1f}{:>14}\n", i == advice.chosen ? '*' : ' ',
+    fmt::print("{} {:>12.2f}{:>8}{:>7}{:>8}{:>12.1f}{:>11.1f}{:>17.1f}{:>12}\n", i == advice.chosen ? '*' : ' ',
                1e3 * m.spacing_m, m.nodes, m.held, m.cells, 100 * m.filled_share, 100 * m.mesh_error, 100 * m.worst_error,
                m.frame_ms() > 0 ? fmt::format("{:.1f}", m.frame_ms()) : "");
   }
@@ -66,10 +66,10 @@ void print_misfits(const AdviseFlags& flags, const Advice& advice) {
         "Does not fit: a tip of {:.3g} mm is narrower than the spacing of the nodes and pokes single ones; {:.3g} mm would do.\n",
         1e3 * advice.body.radius_m, 2e3 * m.spacing_m);
   else if (!advice.true_enough)
-    fmt::print("Does not fit: the force is {:.0f} % from the continuum's, {:.3g} % was asked for{}.\n", 100 * advice.error(),
-               100 * flags.error, advice.fast_enough ? "; this is the truest of the meshes that are fast enough" : "");
+    fmt::print("Does not fit: the force is {:.0f} % from the continuum's, {:.3g} % was requested{}.\n", 100 * advice.error(),
+               100 * flags.error, advice.fast_enough ? "; this is the most accurate of the meshes that are fast enough" : "");
   if (!advice.step_known)
-    fmt::print("Not known: what the step costs in truth; no step follows a node that is pulled down by 10 mm.\n");
+    fmt::print("The error of the step is not known; no step follows a node that is pulled down by 10 mm.\n");
   if (std::abs(m.filled_share - 1) > 0.03)
     fmt::print("The body has {:.0f} % of the volume that the surface encloses.\n", 100 * m.filled_share);
 }
@@ -130,21 +130,22 @@ int run_advise(const AdviseFlags& flags) {
 void add_advise(CLI::App& app, Run& run) {
   auto flags = std::make_shared<AdviseFlags>();
   CLI::App* c = app.add_subcommand(
-      "advise", "support, tip, mesh, step and scheme for a surface and a material, and what to expect of them here");
+      "advise", "recommend support, tip, mesh, step and scheme for a surface and a material, with the expected error and cost");
   c->add_option("--surface", flags->surface, "a closed surface, STL or OBJ")->type_name("FILE")->required();
-  c->add_option("--scale", flags->scale, "from the surface's units to metres: 0.001 of millimetres")
+  c->add_option("--scale", flags->scale, "factor from the units of the surface to metres; 0.001 for millimetres")
       ->check(number_from(1e-6, 1e3));
-  c->add_option("--material", flags->material, "a name that palpate-server --list-materials knows")
+  c->add_option("--material", flags->material, "name of a material of palpate-server --list-materials")
       ->type_name("NAME")
       ->required();
   c->add_option("--rate-hz", flags->rate_hz, "frames a second")->check(number_from(1.0, 200.0));
-  c->add_option("--error", flags->error, "of the force against the continuum, a share")->check(number_from(1e-3, 1.0));
+  c->add_option("--error", flags->error, "allowed error of the force against the continuum, as a share")
+      ->check(number_from(1e-3, 1.0));
   c->add_option("--up", flags->up, "axis of the surface that is up in the scene: x, -x, y, -y, z or -z")->type_name("AXIS");
-  c->add_option("--radius-mm", flags->radius_mm, "contact radius of the tip; else one is proposed")
+  c->add_option("--radius-mm", flags->radius_mm, "contact radius of the tip; default: one is proposed")
       ->check(number_from(1.0, 200.0));
-  c->add_option("--held", flags->held, "share of the height, from below, that is fixed; else one is proposed")
+  c->add_option("--held", flags->held, "share of the height, from below, that is fixed; default: one is proposed")
       ->check(number_from(0.0, 0.9));
-  c->add_option("--out", flags->out, "scene file to write; the surface is copied beside it")->type_name("FILE")->required();
+  c->add_option("--out", flags->out, "scene file to write; the surface is copied to its folder")->type_name("FILE")->required();
   c->callback([flags, &run] { run = [flags] { return run_advise(*flags); }; });
 }
 

@@ -32,35 +32,6 @@ void write_curves(const std::filesystem::path& out, const PortStudy& study) {
   write_text(out / "hankel.csv", csv);
 }
 
-Json summary(const BodeRun& run) {
-  Json models = Json::object();
-  for (const PortModel& m : run.study.models) {
-    Json j = {{"states", m.states},
-              {"dc_rel_error", m.dc_rel_error},
-              {"band_10_100_rel_error", m.band_10_100_rel_error},
-              {"band_100_1000_rel_error", m.band_100_1000_rel_error}};
-    // A model whose damper at the port differs from the body's has an infinite error at infinite frequency, which is not written.
-    if (std::isfinite(m.hinf.relative)) {
-      j["hinf_rel_error"] = m.hinf.relative;
-      j["hinf_error_n_m"] = m.hinf.peak.norm;
-      j["hinf_uncertainty_n_m"] = m.hinf.uncertainty;
-      j["hinf_sampled_n_m"] = m.hinf_sampled_n_m;
-    }
-    models[m.name] = j;
-  }
-  Json j = {{"states_full", run.study.full().states},
-            {"stiffness_n_m", run.material.stiffness_n_m},
-            {"damping_n_s_m", run.material.damping_n_s_m},
-            {"node_mass_kg", run.material.node_mass_kg},
-            {"damping_ratio", run.material.damping_ratio()},
-            {"hinf_norm_n_m", run.study.proper_norm.norm},
-            {"cross_max_db", decibels(largest_cross(run.study.full()))},
-            {"models", models}};
-  const double ratio = run.map.empty() ? INFINITY : ratio_needed(run.map, kPaperOrder, kOnePerCent);
-  if (std::isfinite(ratio)) j["order_10_one_per_cent_from_damping_ratio"] = ratio;
-  return j;
-}
-
 void write_map(const std::filesystem::path& out, const std::vector<MapPoint>& map) {
   std::string csv = "damping_n_s_m,damping_ratio,order,rel_error,rel_bound\n";
   for (const MapPoint& p : map)
@@ -193,7 +164,6 @@ double largest_cross(const PortModel& model) {
 void write_bode(const std::filesystem::path& out, const BodeRun& run) {
   write_curves(out, run.study);
   if (!run.map.empty()) write_map(out, run.map);
-  write_json(out / "summary.json", summary(run));
 }
 
 void plot_bode(const std::filesystem::path& out, const BodeRun& run) {

@@ -1,5 +1,5 @@
-// Files of palpate-lab bode: NAME.csv for every model (magnitude and phase of the three entries over frequency, relative error),
-// hankel.csv, map.csv and map-one-per-cent.csv, summary.json, and their plots.
+// Files of section `bode` of palpate-lab paper: NAME.csv for every model (magnitude and phase of the three entries over
+// frequency, relative error), hankel.csv, map.csv and map-one-per-cent.csv, and their plots.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
-// palpate-lab chain: the paper's section 5.1, a chain of masses and its two local models against the printed formulas.
+// Section `chain` of palpate-lab paper: the paper's section 5.1, a chain of masses and its two local models against the printed
+// formulas.
 #include "bench/paper/chain.hpp"
 
 #include <fmt/format.h>
@@ -85,39 +86,17 @@ void write_curves(const std::filesystem::path& file, const ChainRun& run) {
   write_text(file, csv);
 }
 
-Json summary(const ChainRun& run) {
-  const auto worst = [&](double ChainErrors::*entry) {
-    return std::max({run.errors[0].*entry, run.errors[1].*entry, run.errors[2].*entry});
-  };
-  return {{"masses", run.parameters.masses},
-          {"eq6_max_rel_error", run.errors[0].transfer},
-          {"eq10_max_rel_error", run.errors[1].transfer},
-          {"eq12_max_rel_error", run.errors[2].transfer},
-          {"poles_max_rel_error", worst(&ChainErrors::poles)},
-          {"dc_full_n_m", run.dc_n_m[0]},
-          {"dc_first_mass_n_m", run.dc_n_m[1]},
-          {"dc_two_level_n_m", run.dc_n_m[2]},
-          {"asymptote_full", run.asymptote[0]},
-          {"asymptote_first_mass", run.asymptote[1]},
-          {"asymptote_two_level", run.asymptote[2]},
-          {"lowest_pole_full_hz", run.lowest_full_hz},
-          {"lowest_pole_two_level_hz", run.lowest_two_level_hz}};
-}
-
 void write_chain(const std::filesystem::path& out, const ChainRun& run) {
   write_curves(out / "chain.csv", run);
-  write_json(out / "summary.json", summary(run));
-  const int masses = run.parameters.masses;
   plot_csv(
       out / "chain.csv", out / "chain.svg",
-      fmt::format("Chain of {} {} and its local models: k = {:g} N/m, b = {:g} N s/m, m = {:g} g", masses,
-                  masses == 1 ? "mass" : "masses", run.parameters.stiffness_n_m, run.parameters.damping_n_s_m,
-                  1e3 * run.parameters.mass_kg),
+      fmt::format("Chain of {} masses and its local models: k = {:g} N/m, b = {:g} N s/m, m = {:g} g", run.parameters.masses,
+                  run.parameters.stiffness_n_m, run.parameters.damping_n_s_m, 1e3 * run.parameters.mass_kg),
       "frequency [Hz]",
       {{"|F/X| [N/m]",
-        {{"1:2", masses == 3 ? "full (eq. 6)" : "full", 0},
+        {{"1:2", "full (eq. 6)", 0},
          {"1:4", "first mass (eq. 10)", 1, {}, "lines dt 2"},
-         {"1:6", masses == 3 ? "two-level (eq. 12)" : "two-level", 5, {}, "lines dt 4 lw 2.4"},
+         {"1:6", "two-level (eq. 12)", 5, {}, "lines dt 4 lw 2.4"},
          {"1:8", "k + b s", 3, {}, "lines dt 3"}},
         true},
        {"phase [degrees]",
@@ -125,21 +104,6 @@ void write_chain(const std::filesystem::path& out, const ChainRun& run) {
         false,
         "set ytics 45"}},
       {.log_x = true, .setup = fmt::format("set xrange [{}:{}]", run.frequency_hz.front() * 10, run.frequency_hz.back() / 3)});
-}
-
-int run_chain(const ChainParameters& parameters, const std::string& folder) {
-  validate(parameters, "chain");
-  const auto out = make_output_folder(folder);
-  const ChainRun run = compute(parameters, false);
-  write_chain(out, run);
-  fmt::print("{:<12} {:>22} {:>18} {:>14} {:>12}\n", "model", "transfer, rel. error", "poles, rel. error", "F/X at 0, N/m",
-             "in k");
-  for (std::size_t i = 0; i < 3; ++i)
-    fmt::print("{:<12} {:>22.1e} {:>18.1e} {:>14.6g} {:>12.6g}\n", name_of(kChainModels[i]), run.errors[i].transfer,
-               run.errors[i].poles, run.dc_n_m[i], run.dc_n_m[i] / parameters.stiffness_n_m);
-  fmt::print("errors: the worst at dampings of {:.3g}, {:.3g} and {:.3g} N s/m\n{}\n", run.dampings[0], run.dampings[1],
-             run.dampings[2], (out / "summary.json").string());
-  return 0;
 }
 
 Finding agreement(const std::string& what, const std::string& paper, double error) {
@@ -158,24 +122,6 @@ Finding gain(const char* what, const char* paper, double found, double expected)
 
 }  // namespace
 
-void add_chain(CLI::App& app, Run& run) {
-  struct Flags {
-    ChainParameters parameters;
-    std::string out;
-  };
-  auto flags = std::make_shared<Flags>();
-  ChainParameters& p = flags->parameters;
-  CLI::App* c = app.add_subcommand("chain", "a chain of masses and its local models, from elements and by the printed formulas");
-  c->add_option("--masses", p.masses, "between x and the wall, 1 to 200; the printed formulas are those of 3")
-      ->capture_default_str();
-  c->add_option("--stiffness-n-m", p.stiffness_n_m, "k of every element")->capture_default_str();
-  c->add_option("--damping-n-s-m", p.damping_n_s_m, "b of every element; critical and strong damping are checked too")
-      ->capture_default_str();
-  c->add_option("--mass-kg", p.mass_kg, "m of every mass")->capture_default_str();
-  c->add_option("--out", flags->out, "folder for chain.csv, summary.json, chain.svg")->type_name("DIR")->required();
-  c->callback([flags, &run] { run = [flags] { return run_chain(flags->parameters, flags->out); }; });
-}
-
 PaperSection paper_chain(const std::filesystem::path& out, bool quick) {
   make_output_folder(out.string());
   const ChainParameters p;
@@ -183,7 +129,6 @@ PaperSection paper_chain(const std::filesystem::path& out, bool quick) {
   write_chain(out, run);
   PaperSection s;
   s.title = "Section 5.1, figures 12-15: a chain and its local models";
-  s.command = "palpate-lab chain --out DIR";
   s.text =
       "Three masses between the instrument and a wall, built from elements and linearised by the code that linearises every "
       "body; "

@@ -29,11 +29,11 @@ int run_draw(const DrawFlags& flags) {
 
 void add_draw(CLI::App& app, Run& run) {
   auto flags = std::make_shared<DrawFlags>();
-  CLI::App* c =
-      app.add_subcommand("draw", "scenes drawn by chance, for `accuracy --scenes` and others: the same of the same numbers");
-  c->add_option("--first", flags->first, "number of the first; even ones are grasped, odd ones touched")->capture_default_str();
-  c->add_option("--count", flags->count, "how many")->capture_default_str()->check(number_from(1, 10'000));
-  c->add_flag("--solid", flags->solid, "of finite elements instead of springs");
+  CLI::App* c = app.add_subcommand("draw", "draw random scenes for `accuracy --scenes`; a number always gives the same scene");
+  c->add_option("--first", flags->first, "number of the first scene; even ones are grasped, odd ones touched")
+      ->capture_default_str();
+  c->add_option("--count", flags->count, "number of scenes")->capture_default_str()->check(number_from(1, 10'000));
+  c->add_flag("--solid", flags->solid, "use finite elements instead of springs");
   c->add_option("--out", flags->out, "folder for the scene files")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_draw(*flags); }; });
 }

@@ -1,5 +1,4 @@
-// The experiments of palpate-lab. Each adds its own sub-command with its own flags. `palpate-lab paper` can run those of the
-// paper and compares their findings with the printed ones.
+// The experiments of palpate-lab, each a subcommand with its own flags, and the sections of `palpate-lab paper`.
 #pragma once
 
 #include <filesystem>
@@ -12,31 +11,15 @@ namespace palpate {
 
 void add_draw(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
-void add_live(CLI::App& app, Run& run);
 void add_masking(CLI::App& app, Run& run);
 void add_accuracy(CLI::App& app, Run& run);
 void add_pareto(CLI::App& app, Run& run);
 void add_stations(CLI::App& app, Run& run);
-void add_load(CLI::App& app, Run& run);
-void add_skip(CLI::App& app, Run& run);
-void add_bench(CLI::App& app, Run& run);
-void add_beside(CLI::App& app, Run& run);
 void add_world(CLI::App& app, Run& run);
-void add_spring1d(CLI::App& app, Run& run);
-void add_chain(CLI::App& app, Run& run);
-void add_bode(CLI::App& app, Run& run);
-void add_modes(CLI::App& app, Run& run);
-void add_scaling(CLI::App& app, Run& run);
 void add_gesture(CLI::App& app, Run& run);
-void add_settle(CLI::App& app, Run& run);
 void add_advise(CLI::App& app, Run& run);
 void add_tissue(CLI::App& app, Run& run);
-void add_haptic(CLI::App& app, Run& run);
-void add_release(CLI::App& app, Run& run);
 void add_stability(CLI::App& app, Run& run);
-void add_limits(CLI::App& app, Run& run);
-void add_dominance(CLI::App& app, Run& run);
-void add_couplings(CLI::App& app, Run& run);
 void add_paper(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);
 void add_summary(CLI::App& app, Run& run);
@@ -62,15 +45,14 @@ struct Figure {
 
 /// A section of the report.
 struct PaperSection {
-  std::string title;    ///< "Section 2, figure 2: a nonlinear spring"
-  std::string command;  ///< command that makes this section alone: "palpate-lab spring1d --out DIR"
-  std::string text;     ///< one to four sentences: what was computed, how, and what to look at
+  std::string title;  ///< "Section 2, figure 2: a nonlinear spring"
+  std::string text;   ///< one to four sentences: what was computed, how, and what to look at
   std::vector<Finding> findings;
   std::vector<Figure> pictures;
 };
 
-// Each writes the files of its command into `out` (created if missing) and returns the section. `quick`: coarser grids and
-// shorter runs of the same code.
+// Each writes its files into `out` (created if missing) and returns the section. `quick`: coarser grids and shorter runs of the
+// same code.
 PaperSection paper_spring1d(const std::filesystem::path& out, bool quick);
 PaperSection paper_chain(const std::filesystem::path& out, bool quick);
 PaperSection paper_bode(const std::filesystem::path& out, bool quick);
@@ -79,6 +61,5 @@ PaperSection paper_scaling(const std::filesystem::path& out, bool quick);
 PaperSection paper_haptic(const std::filesystem::path& out, bool quick);
 PaperSection paper_release(const std::filesystem::path& out, bool quick);
 PaperSection paper_limits(const std::filesystem::path& out, bool quick);
-PaperSection paper_couplings(const std::filesystem::path& out, bool quick);
 
 }  // namespace palpate

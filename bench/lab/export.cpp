@@ -39,13 +39,13 @@ int run_export(const ExportFlags& flags) {
 
 void add_export(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ExportFlags>();
-  CLI::App* c = app.add_subcommand("export", "a recorded session as CSV, and its shapes as PLY or VTK");
-  c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")
+  CLI::App* c = app.add_subcommand("export", "export a recorded session as CSV, and its shapes as PLY or VTK");
+  c->add_option("--recording", flags->recording, "file written by palpate-server or palpate-client with --record")
       ->type_name("FILE")
       ->required();
-  c->add_option("--frames-hz", flags->frames_hz, "shapes a second; default: as recorded")
+  c->add_option("--frames-hz", flags->frames_hz, "shapes per second; default: as recorded")
       ->check(number_from<double>(0.001, kMaxRateHz));
-  c->add_option("--format", flags->format, "of the shapes: vtk (for ParaView) or ply")
+  c->add_option("--format", flags->format, "format of the shapes: vtk (for ParaView) or ply")
       ->transform(one_of_names<ShapeFormat>({{"ply", ShapeFormat::ply}, {"vtk", ShapeFormat::vtk}}))
       ->default_str("vtk");
   c->add_option("--out", flags->out, "folder for the files")->type_name("DIR")->required();

@@ -1,5 +1,5 @@
-// palpate-lab haptic: a Phantom in a hand touches the 6x6x6 cube; the force of the low-rate model compared with the displayed
-// force. Figure 17 of the paper.
+// Section `haptic` of palpate-lab paper: a Phantom in a hand touches the 6x6x6 cube; the force of the low-rate model compared
+// with the displayed force. Figure 17 of the paper.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,25 +8,16 @@
 
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/link_flags.hpp"
-#include "bench/output/fidelity_json.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
 #include "common/base/minimum_jerk.hpp"
-#include "common/command_line/mesh_folders.hpp"
-#include "server/body/unload.hpp"
+#include "server/room/room.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr double kPullN = 0.07;  ///< one step of a Phantom's force
-
-struct HapticFlags {
-  std::string scene, motion, out;
-  MeshFolders mesh_folders;
-  LinkFlags link;
-};
 
 /// Motion onto the middle of the top, 8 mm deep, along the surface, a second and quicker push, off again [m], [s].
 Motion touch_motion(const Vec3& home) {
@@ -86,13 +77,9 @@ int onset(std::size_t count, const Force& force) {
   return -1;
 }
 
-HapticDisplay show(const Scene& scene, const Motion& motion, const LinkFlags& link, Scheme scheme) {
+HapticDisplay show(const Scene& scene, const Motion& motion, Scheme scheme) {
   ReplayOptions options;
   options.scheme = scheme;
-  options.rate_hz = link.rate_hz;
-  options.link = link.one_way();
-  options.seed = link.seed;
-  options.compute = from_seconds(link.compute_ms * 1e-3);
   options.simulated_device = true;
   HapticDisplay d;
   d.scheme = scheme;
@@ -123,36 +110,22 @@ void write_display(const std::filesystem::path& file, const HapticDisplay& d) {
   write_text(file, csv);
 }
 
-Json numbers(const Fidelity& f, int onset_ms, int reference_onset_ms) {
-  Json json = fidelity_json(f);
-  if (f.contact_ticks > 0) json["onset_error_ms"] = onset_ms - reference_onset_ms;
-  return json;
-}
-
-std::vector<HapticDisplay> run_experiment(const Scene& scene, const Motion& motion, const LinkFlags& link,
-                                          const std::filesystem::path& out) {
+std::vector<HapticDisplay> run_experiment(const Scene& scene, const Motion& motion, const std::filesystem::path& out) {
   std::vector<HapticDisplay> displays;
-  Json json;
   for (const Scheme scheme : {Scheme::ring, Scheme::port}) {
-    displays.push_back(show(scene, motion, link, scheme));
-    const HapticDisplay& d = displays.back();
-    write_display(out / fmt::format("{}.csv", name_of(scheme)), d);
-    json[std::string(name_of(scheme))] = {{"pull_max_n", d.pull_max_n},
-                                          {"displayed", numbers(d.run.fidelity, d.onset_ms, d.reference_onset_ms)},
-                                          {"low_rate", numbers(d.low_rate_fidelity, d.low_rate_onset_ms, d.reference_onset_ms)}};
+    displays.push_back(show(scene, motion, scheme));
+    write_display(out / fmt::format("{}.csv", name_of(scheme)), displays.back());
   }
-  write_json(out / "summary.json", json);
   return displays;
 }
 
-void plot(const std::filesystem::path& out, const std::vector<HapticDisplay>& displays, const LinkFlags& link) {
+void plot(const std::filesystem::path& out, const std::vector<HapticDisplay>& displays) {
   std::vector<Panel> panels;
   for (const HapticDisplay& d : displays) {
     const auto csv = out / fmt::format("{}.csv", name_of(d.scheme));
-    panels.push_back({fmt::format("{}: normal force [N]", name_of(d.scheme)),
-                      {{"1:13", "1 kHz full model", 0, csv},
-                       {"1:10", fmt::format("{:g} Hz full model", link.rate_hz), 2, csv, "steps"},
-                       {"1:7", "displayed", 1, csv}}});
+    panels.push_back(
+        {fmt::format("{}: normal force [N]", name_of(d.scheme)),
+         {{"1:13", "1 kHz full model", 0, csv}, {"1:10", "20 Hz full model", 2, csv, "steps"}, {"1:7", "displayed", 1, csv}}});
   }
   const auto csv = out / fmt::format("{}.csv", name_of(displays[0].scheme));
   plot_csv(csv, out / "haptic.svg", "Figure 17: a Phantom in a hand touches the 6x6x6 cube", "time [s]", panels,
@@ -162,66 +135,19 @@ void plot(const std::filesystem::path& out, const std::vector<HapticDisplay>& di
            {.setup = fmt::format("set xrange [{}:{}]", onset_s - 0.03, onset_s + 0.15)});
 }
 
-void print(const std::vector<HapticDisplay>& displays) {
-  fmt::print("\n  {:<22} {:>9} {:>10} {:>9} {:>18} {:>11}\n", "force", "SNR [dB]", "error [%]", "lag [ms]", "largest step [N]",
-             "onset [ms]");
-  for (const HapticDisplay& d : displays) {
-    const auto line = [&](const std::string& name, const Fidelity& f, int onset_ms) {
-      fmt::print("  {:<22} {:>9.1f} {:>10.1f} {:>9} {:>18.3f} {:>+11}\n", name, f.snr_db, 100 * f.rel_rms, f.lag_ms,
-                 f.force_step_max_n, onset_ms - d.reference_onset_ms);
-    };
-    line(fmt::format("{}, displayed", name_of(d.scheme)), d.run.fidelity, d.onset_ms);
-    line(fmt::format("{}, low-rate model", name_of(d.scheme)), d.low_rate_fidelity, d.low_rate_onset_ms);
-  }
-  fmt::print("\n");
-}
-
-int run_haptic(const HapticFlags& flags) {
-  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::touch) : open_scene(flags.scene, flags.mesh_folders);
-  const Motion motion = flags.motion.empty() ? touch_motion(home_of(scene)) : read_motion(flags.motion);
-  const auto out = make_output_folder(flags.out);
-  const auto displays = run_experiment(scene, motion, flags.link, out);
-  for (const auto& d : displays)
-    if (d.run.fidelity.contact_ticks == 0) {
-      std::vector<Vec3> path;
-      for (const ReplayTick& tick : d.run.ticks) path.push_back(tick.position);
-      fmt::print(stderr, "palpate-lab: {}, {}\n", name_of(d.scheme), no_contact(scene, path));
-      return 1;
-    }
-  plot(out, displays, flags.link);
-  print(displays);
-  fmt::print("{}\n", (out / "summary.json").string());
-  return 0;
-}
-
 std::string words(const Fidelity& f) {
   return fmt::format("steps up to {:.2f} N, {:.1f} dB against the 1 kHz model", f.force_step_max_n, f.snr_db);
 }
 
 }  // namespace
 
-void add_haptic(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<HapticFlags>();
-  CLI::App* c = app.add_subcommand(
-      "haptic", "a Phantom in a hand touches a body: low-rate force, displayed force (figure 17 of the paper)");
-  c->add_option("--scene", flags->scene, "scene file (JSON); without: the cube of scenes/cube6.json, touched")->type_name("FILE");
-  add_mesh_folders(*c, flags->mesh_folders);
-  c->add_option("--motion", flags->motion, "what the hand wants (CSV t_s,x_m,y_m,z_m); without: pushes and a stroke of 3 s")
-      ->type_name("FILE");
-  flags->link.add_to(*c);
-  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->type_name("DIR")->required();
-  c->callback([flags, &run] { run = [flags] { return run_haptic(*flags); }; });
-}
-
 PaperSection paper_haptic(const std::filesystem::path& folder, bool /*quick: it is short*/) {
   const auto out = make_output_folder(folder.string());
   const Scene scene = paper_cube(ContactKind::touch);
-  const LinkFlags link;
-  const auto displays = run_experiment(scene, touch_motion(home_of(scene)), link, out);
-  plot(out, displays, link);
+  const auto displays = run_experiment(scene, touch_motion(home_of(scene)), out);
+  plot(out, displays);
   PaperSection s;
   s.title = "Section 6, figure 17: touching the 6x6x6 model";
-  s.command = "palpate-lab haptic --out DIR";
   s.text =
       "A simulated Phantom in a hand (reference grip, tremor, steps of 0.03 mm and 0.07 N) comes down on the cube, strokes it, "
       "lifts "

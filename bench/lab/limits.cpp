@@ -1,6 +1,4 @@
-// palpate-lab limits: fidelity against stiffness ratio and depth, with the real cores in virtual time.
-#include "bench/lab/limits.hpp"
-
+// Section `limits` of palpate-lab paper: fidelity against stiffness ratio and depth, with the real cores in virtual time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,15 +9,33 @@
 #include "bench/fidelity/reference.hpp"
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
+#include "bench/paper/cube.hpp"
 #include "common/base/minimum_jerk.hpp"
 
 namespace palpate {
 namespace {
+
+/// One curve: fidelity of a scheme over the varied quantity (a ratio of stiffness, or a depth in mm).
+struct LimitCurve {
+  std::string body;
+  Scheme scheme = Scheme::port;
+  double rtt_ms = 0;
+  std::vector<double> at, snr_db;
+};
+
+struct Limits {
+  std::vector<LimitCurve> flaws;   ///< over the ratio of stiff to soft springs
+  std::vector<LimitCurve> depths;  ///< over the mean depth of the excursion [mm], scheme port: linear and stiffening springs
+};
+
+struct LimitsPlan {
+  std::vector<double> ratios, depths_mm, rtt_ms;
+  double motion_s = 2;
+};
 
 constexpr Flaw kFlaws[] = {Flaw::soft_below, Flaw::stiff_inside, Flaw::stiff_at_top, Flaw::torn};
 constexpr double kPaperDepthMm = 10;
@@ -46,7 +62,7 @@ struct Case {
 };
 
 /// One reference serves all schemes and delays: without a simulated device the tool's path is the motion itself.
-std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double rate_hz) {
+std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan) {
   const Motion motion = excursion(home_of(c.scene), c.depth_mm * 1e-3, plan.motion_s);
   std::vector<LimitCurve> points;
   const ReferenceForce reference = reference_of(c.scene, motion);
@@ -54,7 +70,6 @@ std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double r
     for (const double rtt_ms : plan.rtt_ms) {
       ReplayOptions options;
       options.scheme = scheme;
-      options.rate_hz = rate_hz;
       options.link.latency = from_seconds(rtt_ms * 0.5e-3);
       options.reference = &reference;
       const ReplayResult run = replay(c.scene, motion, options, [] { return std::int64_t{0}; });
@@ -63,9 +78,9 @@ std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan, double r
   return points;
 }
 
-std::vector<LimitCurve> run_cases(const std::vector<Case>& cases, const LimitsPlan& plan, double rate_hz) {
+std::vector<LimitCurve> run_cases(const std::vector<Case>& cases, const LimitsPlan& plan) {
   std::vector<std::vector<LimitCurve>> points(cases.size());
-  run_all(cases.size(), [&](std::size_t i) { points[i] = run_case(cases[i], plan, rate_hz); });
+  run_all(cases.size(), [&](std::size_t i) { points[i] = run_case(cases[i], plan); });
   std::vector<LimitCurve> curves;
   for (const auto& group : points)
     for (const LimitCurve& p : group) {
@@ -87,8 +102,6 @@ std::vector<Scheme> shown_schemes() {
     if (s != Scheme::hold) schemes.push_back(s);
   return schemes;
 }
-
-std::string column(const LimitCurve& c) { return fmt::format("{}, {}, RTT {:g} ms", c.body, name_of(c.scheme), c.rtt_ms); }
 
 void write_curves(const std::filesystem::path& file, const std::string& axis, const std::vector<LimitCurve>& curves) {
   std::string csv = axis;
@@ -142,36 +155,12 @@ void plot_depths(const std::filesystem::path& out, const std::vector<LimitCurve>
            "mean depth of the excursion [mm]", panels);
 }
 
-Json curves_json(const std::string& axis, const std::vector<LimitCurve>& curves) {
-  Json json;
-  for (const LimitCurve& c : curves)
-    json[c.body][std::string(name_of(c.scheme))][fmt::format("rtt_{:g}_ms", c.rtt_ms)] = {{axis, c.at}, {"snr_db", c.snr_db}};
-  return json;
-}
-
-void print(const Limits& limits) {
-  const auto table = [](const std::string& axis, const std::vector<LimitCurve>& curves) {
-    fmt::print("\n  SNR [dB] against {}\n  {:<42}", axis, "");
-    for (const double at : curves[0].at) fmt::print("{:>7g}", at);
-    for (const LimitCurve& c : curves) {
-      fmt::print("\n  {:<42}", column(c));
-      for (const double db : c.snr_db) fmt::print("{:>7.1f}", db);
-    }
-    fmt::print("\n");
-  };
-  table("the ratio of stiff to soft springs", limits.flaws);
-  table("the mean depth of the excursion [mm]", limits.depths);
-  fmt::print("\n");
-}
-
-}  // namespace
-
 LimitsPlan limits_plan(bool quick) {
   if (quick) return {{1, 100}, {2, 10}, {0, 150}, 0.5};
   return {{1, 3, 10, 30, 100}, {2, 4, 6, 8, 10, 12, 15}, {0, 50, 150}, 1.6};
 }
 
-Limits find_limits(const LimitsPlan& plan, double rate_hz, const std::filesystem::path& out) {
+Limits find_limits(const LimitsPlan& plan, const std::filesystem::path& out) {
   std::vector<Case> flaws, depths;
   for (const Flaw flaw : kFlaws)
     for (const double ratio : plan.ratios)
@@ -186,34 +175,73 @@ Limits find_limits(const LimitsPlan& plan, double rate_hz, const std::filesystem
       depths.push_back(
           {std::move(scene), depth_mm, depth_mm, stiffening ? "stiffening springs" : "linear springs", {Scheme::port}});
     }
-  Limits limits{run_cases(flaws, plan, rate_hz), run_cases(depths, plan, rate_hz)};
+  Limits limits{run_cases(flaws, plan), run_cases(depths, plan)};
   write_curves(out / "flaws.csv", "stiffness_ratio", limits.flaws);
   write_curves(out / "depths.csv", "depth_mm", limits.depths);
   plot_flaws(out, limits.flaws, plan);
   plot_depths(out, limits.depths);
-  write_json(out / "summary.json",
-             {{"flaws", curves_json("stiffness_ratio", limits.flaws)}, {"depths", curves_json("depth_mm", limits.depths)}});
   return limits;
 }
 
-void add_limits(CLI::App& app, Run& run) {
-  struct Flags {
-    std::string out;
-    double rate_hz = 20;
-  };
-  auto flags = std::make_shared<Flags>();
-  CLI::App* c =
-      app.add_subcommand("limits", "bodies on which local models fail, and how deep a linear patch is true (section 7)");
-  c->add_option("--rate-hz", flags->rate_hz, "frames of the server a second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
-  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->type_name("DIR")->required();
-  c->callback([flags, &run] {
-    run = [flags] {
-      const auto out = make_output_folder(flags->out);
-      print(find_limits(limits_plan(false), flags->rate_hz, out));
-      fmt::print("{}\n", (out / "summary.json").string());
-      return 0;
-    };
-  });
+const LimitCurve& find(const std::vector<LimitCurve>& curves, std::string_view body, Scheme scheme, double rtt_ms) {
+  return *std::find_if(curves.begin(), curves.end(),
+                       [&](const LimitCurve& c) { return c.body == body && c.scheme == scheme && c.rtt_ms == rtt_ms; });
+}
+
+std::string from_to(const LimitCurve& c, const char* unit) {
+  return fmt::format("{:.0f} dB at {:g}{}, {:.0f} dB at {:g}{}", c.snr_db.front(), c.at.front(), unit, c.snr_db.back(),
+                     c.at.back(), unit);
+}
+
+struct Claim {
+  Flaw flaw;
+  const char *what, *paper;
+  bool ring_fails;
+  const char* reason;
+};
+
+constexpr Claim kClaims[] = {
+    {Flaw::soft_below, "deep tissue softer than the surface", "violates the dominance of local states", true, ""},
+    {Flaw::stiff_at_top, "a stiff lump under the tool", "inhomogeneous material: may violate it", true,
+     "The ring lies inside the lump, and what gives way lies around it."},
+    {Flaw::stiff_inside, "a stiff lump deep inside", "inhomogeneous material: may violate it", false,
+     "Far from the tool a lump does no harm: it makes the nodes that ring holds still move less."},
+    {Flaw::torn, "a torn layer two cells below the surface", "discontinuities away from the contact violate it", true, ""}};
+
+}  // namespace
+
+PaperSection paper_limits(const std::filesystem::path& folder, bool quick) {
+  constexpr double kFailsDb = 6;
+  const auto out = make_output_folder(folder.string());
+  const LimitsPlan plan = limits_plan(quick);
+  const Limits limits = find_limits(plan, out);
+  PaperSection s;
+  s.title = "Section 7: limits of local models";
+  s.text =
+      "The 6x6x6 cube with one flaw at a time, stiffness ratios from 1 to 100, grasped and moved 10 mm deep with the base "
+      "excursion at "
+      "20 Hz; fidelity against the full model at 1 kHz. Then the homogeneous cube, deeper and deeper, with scheme port: a linear "
+      "patch "
+      "is true as far as the body is linear over its prediction horizon.";
+  for (const Claim& claim : kClaims) {
+    const LimitCurve& ring = find(limits.flaws, name_of(claim.flaw), Scheme::ring, plan.rtt_ms.front());
+    const LimitCurve& port = find(limits.flaws, name_of(claim.flaw), Scheme::port, plan.rtt_ms.front());
+    const bool fails = ring.snr_db.back() < ring.snr_db.front() - kFailsDb;
+    s.findings.push_back({fmt::format("{}: ring by stiffness ratio", claim.what), claim.paper, from_to(ring, ":1"),
+                          fails == claim.ring_fails ? Verdict::agrees : Verdict::differs, claim.reason});
+    s.findings.push_back({fmt::format("{}: port", claim.what), "", from_to(port, ":1"), Verdict::beyond, ""});
+  }
+  for (const char* body : {"linear springs", "stiffening springs"})
+    for (const double rtt_ms : {plan.rtt_ms.front(), plan.rtt_ms.back()}) {
+      const LimitCurve& port = find(limits.depths, body, Scheme::port, rtt_ms);
+      s.findings.push_back({fmt::format("deeper excursions, {}, port, RTT {:g} ms", body, rtt_ms),
+                            "significant geometric nonlinearity violates it", from_to(port, " mm"),
+                            port.snr_db.back() < port.snr_db.front() ? Verdict::agrees : Verdict::differs, ""});
+    }
+  s.pictures = {
+      {out / "flaws.svg", "SNR of the displayed force against the ratio of stiff to soft springs, for no delay and the longest."},
+      {out / "depths.svg", "SNR of scheme port against the mean depth of the excursion."}};
+  return s;
 }
 
 }  // namespace palpate

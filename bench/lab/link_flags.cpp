@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include "bench/lab/flags.hpp"
-#include "bench/output/routes.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/types.hpp"
@@ -22,21 +21,22 @@ Scheme available_scheme(const std::string& name) {
   throw InputError("--scheme " + name, "is no scheme of a server", fmt::format("one of {}", fmt::join(kSchemeNames, ", ")));
 }
 
+std::vector<Scheme> schemes_named(const std::vector<std::string>& names) {
+  std::vector<Scheme> schemes;
+  for (const std::string& name : names) schemes.push_back(available_scheme(name));
+  return names.empty() ? available_schemes() : schemes;
+}
+
 void LinkFlags::add_to(CLI::App& command) {
-  command.add_option("--rate-hz", rate_hz, "frames of the server a second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
-  auto* rtt = command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(number_from<double>(0, 10'000));
-  command
-      .add_option_function<std::string>(
-          "--route", [this](const std::string& name) { rtt_ms = route_from_name(name).rtt_ms; },
-          "round trip of a measured route: san-francisco, bangalore, buenos-aires, shanghai")
-      ->type_name("NAME")
-      ->excludes(rtt);
-  command.add_option("--jitter-ms", jitter_ms, "each way's delay is drawn evenly within +- this, in the order sent")
+  command.add_option("--rate-hz", rate_hz, "frames of the server per second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
+  command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(number_from<double>(0, 10'000));
+  command.add_option("--jitter-ms", jitter_ms, "largest deviation of the delay each way, drawn evenly; the order is kept")
       ->check(number_from<double>(0, 1'000));
-  command.add_option("--loss-pct", loss_pct, "datagrams lost, each way")->check(number_from<double>(0, 100));
-  command.add_option("--burst", burst, "mean run of lost datagrams, 0: independent losses")->check(number_from<double>(0, 1'000));
-  command.add_option("--seed", seed, "of everything that is drawn")->check(whole_number());
-  command.add_option("--compute-ms", compute_ms, "the server's time from frame to patch")->check(number_from<double>(0, 10'000));
+  command.add_option("--loss-pct", loss_pct, "share of datagrams lost each way")->check(number_from<double>(0, 100));
+  command.add_option("--burst", burst, "mean number of datagrams lost in a row, 0: independent losses")
+      ->check(number_from<double>(0, 1'000));
+  command.add_option("--seed", seed, "seed of everything that is drawn")->check(whole_number());
+  command.add_option("--compute-ms", compute_ms, "time of the server from frame to patch")->check(number_from<double>(0, 10'000));
 }
 
 LinkSpec LinkFlags::one_way() const {

@@ -16,12 +16,14 @@ namespace palpate {
 std::vector<Scheme> available_schemes();
 /// Throws InputError, with their names, for another name.
 Scheme available_scheme(const std::string& name);
+/// Schemes of these names, or all available ones if there are none.
+std::vector<Scheme> schemes_named(const std::vector<std::string>& names);
 
 struct LinkFlags {
   double rate_hz = 20, rtt_ms = 0, jitter_ms = 0, loss_pct = 0, burst = 0, compute_ms = 0;
   std::uint64_t seed = 1;
 
-  /// Also adds --route, which sets rtt_ms to that of a measured route. This object must not move until the line is parsed.
+  /// This object must not move until the command line is parsed.
   void add_to(CLI::App& command);
   /// One-way link. Throws InputError for inconsistent numbers.
   LinkSpec one_way() const;

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/felt/felt.hpp"
 #include "bench/lab/experiments.hpp"
 #include "bench/output/run_record.hpp"
+#include "bench/report/fidelity_report.hpp"
 #include "common/base/error.hpp"
 
 namespace {
@@ -25,49 +25,31 @@ struct Question {
   std::vector<LabExperiment> experiments;
 };
 
-void add_felt(CLI::App& app, Run& run) { add_felt_flags(*app.add_subcommand("felt", kFeltText), run); }
+void add_fidelity(CLI::App& app, Run& run) { add_fidelity_flags(*app.add_subcommand("fidelity", kFidelityText), run); }
 
 const std::vector<Question>& questions() {
   static const std::vector<Question> all{
-      {"How true is what a hand feels, of a motion or recording of mine?",
+      {"How accurate is the force that a hand feels, on a motion or recording of mine?",
        {{add_replay, "replay --scene scenes/touch-cube.json --gesture press --scheme port --rtt-ms 120 --out out/replay"},
-        {add_felt, fmt::format("felt {}", kFeltExample)},
-        {add_live, "live --scene scenes/organ.json --motion scenes/motions/organ-tour.csv --out out/live"},
-        {add_haptic, "haptic --rtt-ms 120 --out out/haptic"},
+        {add_fidelity, fmt::format("fidelity {}", kFidelityExample)},
         {add_gesture, "gesture --scene scenes/organ.json --kind tour --out out/tour.csv"}}},
-      {"Which scheme, and how far away may the server be?",
+      {"Which scheme is best, and how far away may the server be?",
        {{add_accuracy, "accuracy --quick --only cube6,touch-cube --out out/accuracy"},
         {add_masking, "masking --quick --out out/masking"},
-        {add_pareto, "pareto --quick --out out/pareto"},
-        {add_dominance, "dominance --scene scenes/organ-solid.json --out out/dominance"}}},
-      {"How many hands, how large a body, at what cost?",
-       {{add_stations, "stations --scene scenes/touch-cube.json --stations 3 --out out/stations"},
-        {add_beside, "beside --scene scenes/touch-cube.json --out out/beside"},
-        {add_load, "load --scene scenes/touch-cube.json --stations 8 --out out/load"},
-        {add_bench, "bench --out out/bench"},
-        {add_skip, "skip --out out/skip"}}},
-      {"Is it stable, and does it stay safe when everything goes wrong?",
-       {{add_stability, "stability --quick --schemes port,hold --out out/stability"},
-        {add_world, "world --seed 17"},
-        {add_release, "release --scheme port --rtt-ms 150 --out out/release"}}},
+        {add_pareto, "pareto --quick --out out/pareto"}}},
+      {"How many hands does a server carry, on how large a body, at what cost?",
+       {{add_stations, "stations --scene scenes/touch-cube.json --stations 3 --out out/stations"}}},
+      {"Is the loop stable, and does it stay safe when everything goes wrong?",
+       {{add_stability, "stability --quick --schemes port,hold --out out/stability"}, {add_world, "world --seed 17"}}},
       {"What happened in a session that was recorded?",
        {{add_summary, "summary --recording out/session.rec --out out/summary"},
         {add_export, "export --recording out/session.rec --out out/files"}}},
-      {"What does the paper say, and does it hold? (Cavusoglu and Tendick)",
-       {{add_paper, "paper --quick --out out/paper"},
-        {add_spring1d, "spring1d --out out/spring1d"},
-        {add_chain, "chain --out out/chain"},
-        {add_bode, "bode --out out/bode"},
-        {add_modes, "modes --out out/modes"},
-        {add_scaling, "scaling --out out/scaling"},
-        {add_limits, "limits --out out/limits"},
-        {add_couplings, "couplings --out out/couplings"}}},
-      {"Is the body true to the material that its scene names?",
+      {"What does the paper of Cavusoglu and Tendick state, and does it hold?", {{add_paper, "paper --quick --out out/paper"}}},
+      {"How far is a body from the material that its scene names?",
        {{add_tissue, "tissue --quick --out out/tissue"},
-        {add_settle, "settle --scene bench/calculix/hanging-bar.json --out out/settle"},
         {add_advise,
          "advise --surface liver.stl --scale 0.001 --material liver --rate-hz 20 --error 0.05 --out out/liver/liver.json"}}},
-      {"Bodies and worlds drawn by chance", {{add_draw, "draw --out out/scenes"}}}};
+      {"Where do random bodies come from?", {{add_draw, "draw --out out/scenes"}}}};
   return all;
 }
 
@@ -90,7 +72,7 @@ int list_experiments(const CLI::App& app) {
         fmt::print("  {:<10} {}\n", experiment->get_name(), experiment->get_description());
     fmt::print("\n");
   }
-  fmt::print("palpate-lab NAME --help: its flags with their defaults, and an example\n");
+  fmt::print("palpate-lab NAME --help shows its flags with their defaults, and an example.\n");
   return 0;
 }
 

@@ -1,4 +1,5 @@
-// palpate-lab modes: location of the reduced model's states in the sheet (the paper's fig. 6), and decay of its stress.
+// Section `modes` of palpate-lab paper: location of the reduced model's states in the sheet (the paper's fig. 6), and decay of
+// its stress.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,10 +7,8 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/material_flags.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
-#include "bench/output/progress.hpp"
 #include "bench/paper/balance.hpp"
 #include "bench/paper/locality.hpp"
 
@@ -22,11 +21,7 @@ constexpr double kFitFromM = 0.008, kFitToM = 0.034, kReferenceM = 0.02;
 /// Radius of the headline figure: a quarter of the sheet.
 constexpr double kNearM = 0.025;
 
-struct ModesFlags {
-  Material material;
-  int order = 10, nodes = kPaperNodes;
-  std::string out;
-};
+constexpr int kModesOrder = 10;
 
 struct Decay {
   std::string name, title;
@@ -35,10 +30,8 @@ struct Decay {
 };
 
 struct ModesRun {
-  int states = 0;
   std::vector<double> radii_m, even;
   std::vector<StateShape> shapes;
-  std::vector<double> hankel;
   std::vector<Decay> decays;
 };
 
@@ -62,33 +55,24 @@ Decay decay_of(const std::string& name, const std::string& title, const Specimen
   return d;
 }
 
-ModesRun compute(const ModesFlags& flags, bool quick) {
-  Steps steps(quick ? 2 : 4);
-  steps.begin("balancing the sheet");
-  const Specimen sheet = Specimen::sheet(flags.nodes, flags.material);
+ModesRun compute(bool quick) {
+  const Material material;
+  const Specimen sheet = Specimen::sheet(kPaperNodes, material);
   const SecondOrderSystem system = sheet.system();
   const BalancedReduction balanced(system);
-  if (flags.order > balanced.states())
-    throw InputError("--order " + std::to_string(flags.order), "is more than the states that stand above rounding",
-                     "at most " + std::to_string(balanced.states()));
   ModesRun run;
-  run.states = static_cast<int>(2 * system.size());
   for (int k = 1; k <= 24; ++k) run.radii_m.push_back(0.005 * k);
   run.even = even_share(sheet, run.radii_m);
-  run.shapes = state_shapes(sheet, system, balanced.directions(flags.order), run.radii_m);
-  for (int k = 0; k < flags.order; ++k) run.hankel.push_back(balanced.hankel()[k]);
-  run.decays.push_back(decay_of("sheet", fmt::format("sheet, {0} x {0} nodes", flags.nodes), sheet));
-  if (!quick) steps.begin("the stress in a fine sheet");
-  if (!quick) run.decays.push_back(decay_of("fine-sheet", "sheet, 49 x 49 nodes", Specimen::sheet(49, flags.material)));
-  steps.begin("the stress in a cube");
-  run.decays.push_back(decay_of("cube", "cube, 10 x 10 x 10 nodes", Specimen::cube(10, flags.material)));
-  if (!quick) steps.begin("the stress in a fine cube");
-  if (!quick) run.decays.push_back(decay_of("fine-cube", "cube, 20 x 20 x 20 nodes", Specimen::cube(20, flags.material)));
+  run.shapes = state_shapes(sheet, system, balanced.directions(kModesOrder), run.radii_m);
+  run.decays.push_back(decay_of("sheet", fmt::format("sheet, {0} x {0} nodes", kPaperNodes), sheet));
+  if (!quick) run.decays.push_back(decay_of("fine-sheet", "sheet, 49 x 49 nodes", Specimen::sheet(49, material)));
+  run.decays.push_back(decay_of("cube", "cube, 10 x 10 x 10 nodes", Specimen::cube(10, material)));
+  if (!quick) run.decays.push_back(decay_of("fine-cube", "cube, 20 x 20 x 20 nodes", Specimen::cube(20, material)));
   return run;
 }
 
-void write_tables(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
-  const Specimen sheet = Specimen::sheet(flags.nodes, flags.material);
+void write_tables(const std::filesystem::path& out, const ModesRun& run) {
+  const Specimen sheet = Specimen::sheet(kPaperNodes, Material());
   std::string csv = "x_mm,depth_mm";
   for (std::size_t k = 0; k < run.shapes.size(); ++k) csv += fmt::format(",displacement_{0},velocity_{0}", k + 1);
   csv += '\n';
@@ -120,17 +104,8 @@ void write_tables(const std::filesystem::path& out, const ModesFlags& flags, con
   }
 }
 
-Json summary(const ModesRun& run) {
-  Json states = Json::array(), decay = Json::object();
-  const std::size_t near = near_index(run);
-  for (std::size_t k = 0; k < run.shapes.size(); ++k)
-    states.push_back({{"hankel_n_m", run.hankel[k]}, {"energy_within_25_mm", run.shapes[k].share_within[near]}});
-  for (const Decay& d : run.decays) decay[d.name] = {{"stress_exponent", d.exponent}};
-  return {{"states_full", run.states}, {"evenly_spread_within_25_mm", run.even[near]}, {"states", states}, {"decay", decay}};
-}
-
 /// Draws one small map per state, in the orientation of the sheet: free edge on top, the instrument a ring at (50, 0).
-void plot_states(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
+void plot_states(const std::filesystem::path& out, const ModesRun& run) {
   const auto count = static_cast<int>(run.shapes.size());
   const int columns = std::min(5, count), rows = (count + columns - 1) / columns;
   constexpr int kWidth = 960, kHeaderHeight = 40, kFooterHeight = 20, kRow = 215;
@@ -139,7 +114,7 @@ void plot_states(const std::filesystem::path& out, const ModesFlags& flags, cons
                               columns, quoted("Displacements that each reduced state stands for (1 = largest; position in mm)"),
                               1.6 * kFooterHeight / height, 1 - 1.6 * kHeaderHeight / height, 0.22 * kRow / height);
   s += map_palette();
-  const double half = 50.0 / (flags.nodes - 1);
+  const double half = 50.0 / (kPaperNodes - 1);
   s += fmt::format(
       "set cbrange [0:1]\nset xrange [{0}:{1}]\nset yrange [{1}:{0}]\nset xtics 50\nset ytics 50\nset size ratio -1\nunset key\n"
       "unset grid\nunset colorbox\n",
@@ -188,54 +163,24 @@ void plot_locality(const std::filesystem::path& out, const ModesRun& run) {
   plot_script(out / "stress.svg", kWidth, kHeight, s);
 }
 
-void write(const std::filesystem::path& out, const ModesFlags& flags, const ModesRun& run) {
-  write_tables(out, flags, run);
-  write_json(out / "summary.json", summary(run));
-  plot_states(out, flags, run);
+void write(const std::filesystem::path& out, const ModesRun& run) {
+  write_tables(out, run);
+  plot_states(out, run);
   plot_locality(out, run);
-}
-
-int run_modes(const ModesFlags& flags) {
-  refuse_nan(flags.material);
-  const auto out = make_output_folder(flags.out);
-  const ModesRun run = compute(flags, false);
-  write(out, flags, run);
-  const std::size_t near = near_index(run);
-  fmt::print("{:>5}  {:>14}  {:>28}\n", "state", "Hankel [N/m]", "energy within 25 mm [%]");
-  for (std::size_t k = 0; k < run.shapes.size(); ++k)
-    fmt::print("{:>5}  {:>14.4g}  {:>28.1f}\n", k + 1, run.hankel[k], 100 * run.shapes[k].share_within[near]);
-  fmt::print("an evenly spread state would have {:.1f} %\n", 100 * run.even[near]);
-  for (const Decay& d : run.decays) fmt::print("stress below the instrument, {}: r^-{:.2f}\n", d.title, d.exponent);
-  fmt::print("{}\n", (out / "summary.json").string());
-  return 0;
 }
 
 }  // namespace
 
-void add_modes(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<ModesFlags>();
-  CLI::App* c = app.add_subcommand("modes", "where in the sheet the states of the reduced model live, and how its stress decays");
-  c->add_option("--order", flags->order, "reduced states")->check(number_from(1, 40));
-  c->add_option("--nodes", flags->nodes, "along an edge")->check(number_from(7, 40));
-  add_material(*c, flags->material);
-  c->add_option("--out", flags->out, "folder for states.csv, energy.csv, stress-*.csv, summary.json and plots")
-      ->type_name("DIR")
-      ->required();
-  c->callback([flags, &run] { run = [flags] { return run_modes(*flags); }; });
-}
-
 PaperSection paper_modes(const std::filesystem::path& out, bool quick) {
   make_output_folder(out.string());
-  const ModesFlags flags;
-  const ModesRun run = compute(flags, quick);
-  write(out, flags, run);
+  const ModesRun run = compute(quick);
+  write(out, run);
   const std::size_t near = near_index(run);
   double least = 1, first = run.shapes.front().share_within[near];
   for (const StateShape& s : run.shapes) least = std::min(least, s.share_within[near]);
 
   PaperSection s;
   s.title = "Section 4, figure 6: where the reduced states live";
-  s.command = "palpate-lab modes --out DIR";
   s.text =
       "Each of the 10 balanced states stands for displacements and velocities of all nodes; the pictures show the displacements "
       "over the "

@@ -20,11 +20,9 @@ struct Experiment {
 };
 
 /// Experiments in the paper's order.
-constexpr Experiment kExperiments[] = {
-    {"spring1d", paper_spring1d}, {"bode", paper_bode},       {"modes", paper_modes},
-    {"chain", paper_chain},       {"scaling", paper_scaling}, {"haptic", paper_haptic},
-    {"release", paper_release},   {"limits", paper_limits},   {"couplings", paper_couplings},
-};
+constexpr Experiment kExperiments[] = {{"spring1d", paper_spring1d}, {"bode", paper_bode},       {"modes", paper_modes},
+                                       {"chain", paper_chain},       {"scaling", paper_scaling}, {"haptic", paper_haptic},
+                                       {"release", paper_release},   {"limits", paper_limits}};
 
 struct PaperFlags {
   std::string out;
@@ -45,7 +43,6 @@ void run_one(Outcome& outcome, const std::filesystem::path& out, bool quick) {
     outcome.section = outcome.experiment->run(make_output_folder((out / outcome.experiment->name).string()), quick);
   } catch (const std::exception& e) {
     outcome.section.title = outcome.experiment->name;
-    outcome.section.command = fmt::format("palpate-lab {} --out DIR", outcome.experiment->name);
     outcome.error = e.what();
   }
   outcome.wall_s = static_cast<double>(stopwatch_ns() - begin) * 1e-9;
@@ -76,8 +73,11 @@ std::string plain(std::string text) {
 
 Json section_json(const Outcome& outcome, const std::filesystem::path& out) {
   const PaperSection& s = outcome.section;
-  Json json{
-      {"name", outcome.experiment->name}, {"title", s.title}, {"command", s.command}, {"text", s.text}, {"error", outcome.error}};
+  Json json{{"name", outcome.experiment->name},
+            {"title", s.title},
+            {"command", fmt::format("palpate-lab paper --only {} --out DIR", outcome.experiment->name)},
+            {"text", s.text},
+            {"error", outcome.error}};
   for (const Verdict v : {Verdict::agrees, Verdict::differs, Verdict::beyond}) json[name_of(v)] = count(outcome, v);
   json["findings"] = Json::array();
   for (const Finding& f : s.findings)
@@ -135,9 +135,15 @@ int run_paper(const PaperFlags& flags) {
                count(o, Verdict::beyond), o.wall_s);
     whole = whole && o.error.empty();
   }
-  for (const Outcome& o : outcomes)
-    for (const Finding& f : o.section.findings)
-      if (f.verdict == Verdict::differs) fmt::print("differs: {}: {} (paper: {}): {}\n", f.what, f.ours, f.paper, f.reason);
+  for (const Outcome& o : outcomes) {
+    if (!o.error.empty()) continue;
+    fmt::print("\n{}\n", o.section.title);
+    for (const Finding& f : o.section.findings) {
+      fmt::print("  {:<8} {}: {}", name_of(f.verdict), f.what, f.ours);
+      if (!f.paper.empty()) fmt::print("; paper: {}", f.paper);
+      fmt::print("{}\n", f.reason.empty() ? "" : fmt::format(" ({})", f.reason));
+    }
+  }
   fmt::print("{}\n", (out / "report.html").string());
   for (const Outcome& o : outcomes)
     if (!o.error.empty()) fmt::print(stderr, "palpate-lab: {} could not be computed: {}\n", o.experiment->name, o.error);
@@ -150,10 +156,10 @@ void add_paper(CLI::App& app, Run& run) {
   auto flags = std::make_shared<PaperFlags>();
   std::vector<std::string> names;
   for (const Experiment& e : kExperiments) names.emplace_back(e.name);
-  CLI::App* c = app.add_subcommand("paper", "all of the paper's experiments, and report.html with its figures beside ours");
-  c->add_flag("--quick", flags->quick, "coarser grids and shorter runs, the same code");
-  c->add_option("--only", flags->only, "these sections alone")->check(one_of(names));
-  c->add_option("--out", flags->out, "folder for report.html, summary.json and one folder a section")
+  CLI::App* c = app.add_subcommand("paper", "repeat the paper's experiments, and write a report with its figures and ours");
+  c->add_flag("--quick", flags->quick, "use coarser grids and shorter runs");
+  c->add_option("--only", flags->only, "only these sections")->check(one_of(names));
+  c->add_option("--out", flags->out, "folder for report.html, summary.json and a folder for each section")
       ->type_name("DIR")
       ->required();
   c->callback([flags, &run] { run = [flags] { return run_paper(*flags); }; });

@@ -1,37 +1,141 @@
-// palpate-lab pareto: error against run time of meshes, bodies and patches; the points that no other beats in both form the
-// front.
+// palpate-lab pareto: error against run time of bodies and integrators; the points that no other beats in both form the front.
+// A cell is a pushed cube (pushed_cube.hpp), or the body of a scene pushed likewise at its highest node; its error is that of the
+// holding force against finer steps, its cost that of a second.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <map>
 
+#include "bench/lab/cells.hpp"
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/pareto_cells.hpp"
-#include "bench/lab/shards.hpp"
-#include "bench/output/output.hpp"
+#include "bench/measure/pareto.hpp"
+#include "bench/measure/pushed_cube.hpp"
 #include "bench/output/plot.hpp"
+#include "common/base/error.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
 
+constexpr std::array<std::string_view, 4> kIntegrators{"automatic", "tr-bdf2", "explicit", "stabilised"};  // of IntegratorKind
+constexpr std::string_view kSolid = "solid";  // prefix of the size of a cube of tetrahedra
+constexpr const char *kOwn = "own", *kLiver = "organ-solid";
+constexpr double kWellDampedS = 0.001;  // least b / k of bodies for stabilised steps
+
+struct ParetoCell {
+  std::string what;     // nodes per edge of a cube of springs, "10", or of tetrahedra, "solid10"; or a scene
+  std::string damping;  // b / k [ms] of a cube; kOwn of a scene
+  IntegratorKind integrator = IntegratorKind::tr_bdf2;
+  double step_ms = 10;  // largest step
+  // Results:
+  double error = 0;        // relative
+  double server_ms_s = 0;  // processor time per second of the body
+};
+using ParetoCells = std::vector<ParetoCell>;
+
+CellTable<ParetoCell> pareto_table() {
+  CellTable<ParetoCell> table;
+  table.parameter("body", &ParetoCell::what)
+      .parameter("damping_ms", &ParetoCell::damping)
+      .parameter("integrator", &ParetoCell::integrator, kIntegrators)
+      .parameter("step_ms", &ParetoCell::step_ms, "{:g}")
+      .result("error", &ParetoCell::error, "{:.5g}")
+      .result("server_ms_s", &ParetoCell::server_ms_s, "{:.5g}");
+  return table;
+}
+
 struct ParetoFlags {
   std::string out, scenes = "scenes", only;
   bool quick = false;
-  ShardFlags shards;
+  CellFlags cells;
 };
 
-using ParetoCells = std::vector<ParetoCell>;
+/// Returns true for a cube, named by its nodes per edge; any other body is named by its scene.
+bool is_cube(const ParetoCell& cell) {
+  return cell.what.starts_with(kSolid) || (!cell.what.empty() && cell.what.front() >= '0' && cell.what.front() <= '9');
+}
 
-struct Cost {
-  const char *name, *label;
-  double ParetoCell::*value;
-};
-constexpr Cost kBodyCost{"server_ms_s", "processor time of a second [ms]", &ParetoCell::server_ms_s};
-constexpr Cost kPatchCosts[] = {{"bytes", "bytes a frame", &ParetoCell::bytes},
-                                {"build_ms", "server, a patch [ms]", &ParetoCell::build_ms},
-                                {"tick_us", "client, a tick [us]", &ParetoCell::tick_us}};
+/// Throws InputError for a cell that cannot be measured.
+PushedCube cube_of(const ParetoCell& cell) {
+  PushedCube cube;
+  cube.solid = cell.what.starts_with(kSolid);
+  const double n = number_from(cube.solid ? cell.what.substr(kSolid.size()) : cell.what, "--only");
+  if (!(n >= 3 && n <= 40 && n == std::floor(n)))
+    throw InputError("--only", "a cube of " + cell.what + " nodes an edge", "3 to 40");
+  cube.n = static_cast<int>(n);
+  cube.damping_s = 1e-3 * number_from(cell.damping, "--only");
+  cube.integrator = cell.integrator;
+  cube.step_s = 1e-3 * cell.step_ms;
+  return cube;
+}
+
+/// Picture to which a point belongs: the body.
+std::string group_of(const ParetoCell& cell) {
+  if (!is_cube(cell)) return cell.what;
+  const PushedCube cube = cube_of(cell);
+  const auto cubed = [](int n) { return n * n * n; };
+  if (cube.solid) return fmt::format("{} tetrahedra, damping {} ms", 6 * cubed(cube.n - 1), cell.damping);
+  return fmt::format("{} nodes, b / k = {} ms", cubed(cube.n), cell.damping);
+}
+
+ParetoCells pareto_cells(bool quick) {
+  ParetoCells cells;
+  struct Cube {
+    const char *what, *damping_ms;
+    bool quick;
+  };
+  for (const Cube& cube : {Cube{"6", "4", true},
+                           {"10", "4", true},
+                           {"10", "0.2", true},
+                           {"solid6", "8", true},
+                           {"solid10", "8", true},
+                           {"20", "4", false},
+                           {"30", "4", false},
+                           {"20", "0.2", false},
+                           {"30", "0.2", false},
+                           {"solid15", "8", false},
+                           {kLiver, kOwn, true}}) {
+    if (quick && !cube.quick) continue;
+    const ParetoCell cell{cube.what, cube.damping_ms};
+    for (ParetoCell& at : crossed(ParetoCells{cell}, &ParetoCell::step_ms, std::array{50.0, 25.0, 10.0, 5.0}))
+      cells.push_back(std::move(at));
+    if (!is_cube(cell) || cube_of(cell).solid) continue;  // explicit steps are for springs
+    cells.push_back({cube.what, cube.damping_ms, IntegratorKind::leapfrog});
+    if (cube_of(cell).damping_s >= kWellDampedS) cells.push_back({cube.what, cube.damping_ms, IntegratorKind::stabilised});
+  }
+  return cells;
+}
+
+PushedRun push(const std::filesystem::path& scenes, const ParetoCell& cell) {
+  if (is_cube(cell)) return push_cube(cube_of(cell), processor_ns);
+  const Scene scene = open_scene((scenes / (cell.what + ".json")).string());
+  return push_body(gripped_at_top(scene, cell.integrator, 1e-3 * cell.step_ms), processor_ns);
+}
+
+/// A cell whose steps are so fine that second order leaves at most 0.002 % of the error of 10 ms steps.
+ParetoCell finest(ParetoCell cell) {
+  constexpr int kSmall = 10;
+  cell.integrator = IntegratorKind::tr_bdf2;
+  cell.step_ms = is_cube(cell) && cube_of(cell).n <= kSmall ? 0.5 : 2;
+  return cell;
+}
+
+using BodyReferences = std::map<std::string, std::vector<Vec3>>;  // by group
+
+BodyReferences references_of(const std::filesystem::path& scenes, const ParetoCells& cells, unsigned jobs) {
+  BodyReferences references;
+  std::vector<std::pair<std::vector<Vec3>*, ParetoCell>> due;
+  for (const ParetoCell& cell : cells)
+    if (const auto [entry, fresh] = references.try_emplace(group_of(cell)); fresh) due.emplace_back(&entry->second, finest(cell));
+  run_all(
+      due.size(), [&](std::size_t i) { *due[i].first = push(scenes, due[i].second).force; }, jobs,
+      "the references of the bodies");
+  return references;
+}
 
 struct Group {
   std::string name;
@@ -42,18 +146,22 @@ struct Group {
 std::vector<Group> groups_of(const ParetoCells& cells) {
   std::vector<Group> groups;
   for (const ParetoCell& c : cells) {
-    const auto known = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.name == group_of(c); });
+    const auto known = std::ranges::find(groups, group_of(c), &Group::name);
     (known == groups.end() ? groups.emplace_back(Group{group_of(c), {}}) : *known).cells.push_back(c);
   }
   return groups;
 }
 
+std::vector<std::size_t> front_of(const ParetoCells& cells) {
+  std::vector<CostAndError> points;
+  for (const ParetoCell& c : cells) points.push_back({c.server_ms_s, c.error});
+  return pareto_front(points);
+}
+
 /// Writes cost against error [%]: a file for each method, and one for the front.
-std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const ParetoCells& cells,
-                                   const std::vector<std::size_t>& which, double ParetoCell::*cost) {
+std::filesystem::path write_points(const std::filesystem::path& out, const std::string& name, const ParetoCells& cells) {
   std::string csv = "cost,error_pct\n";
-  for (const std::size_t i : which)
-    fmt::format_to(std::back_inserter(csv), "{:.5g},{:.5g}\n", cells[i].*cost, 100 * cells[i].error);
+  for (const ParetoCell& c : cells) fmt::format_to(std::back_inserter(csv), "{:.5g},{:.5g}\n", c.server_ms_s, 100 * c.error);
   std::string file = "pareto-" + name + ".csv";
   std::replace_if(
       file.begin(), file.end(), [](char c) { return c == ' ' || c == '/' || c == ',' || c == '='; }, '-');
@@ -61,87 +169,42 @@ std::filesystem::path write_points(const std::filesystem::path& out, const std::
   return out / file;
 }
 
-GridPanel panel_of(const std::filesystem::path& out, const Group& group, const Cost& cost) {
-  GridPanel panel{group.name, cost.label, "error of the force [%]", {}, "set logscale xy\nset format xy '%g'\n"};
-  panel.curves.push_back(
-      {"1:2", "front", 0,
-       write_points(out, group.name + "-front-" + cost.name, group.cells, pareto_front(group.cells, cost.value), cost.value),
-       "lines dt 3"});
-  std::vector<std::string> methods;
-  for (const ParetoCell& c : group.cells)
-    if (std::find(methods.begin(), methods.end(), method_of(c)) == methods.end()) methods.push_back(method_of(c));
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    std::vector<std::size_t> which;
-    for (std::size_t i = 0; i < group.cells.size(); ++i)
-      if (method_of(group.cells[i]) == methods[m]) which.push_back(i);
+GridPanel panel_of(const std::filesystem::path& out, const Group& group) {
+  GridPanel panel{group.name, "processor time per second [ms]", "error [%]", {}, "set logscale xy\nset format xy '%g'\n"};
+  ParetoCells front;
+  for (const std::size_t i : front_of(group.cells)) front.push_back(group.cells[i]);
+  panel.curves.push_back({"1:2", "front", 0, write_points(out, group.name + "-front", front), "lines dt 3"});
+  for (std::size_t k = 0; k < kIntegrators.size(); ++k) {
+    ParetoCells cells;
+    std::ranges::copy_if(group.cells, std::back_inserter(cells),
+                         [&](const ParetoCell& c) { return static_cast<std::size_t>(c.integrator) == k; });
+    if (cells.empty()) continue;
+    const std::string name(kIntegrators[k]);
     panel.curves.push_back(
-        {"1:2", methods[m], static_cast<int>(m) + 1,
-         write_points(out, fmt::format("{}-{}-{}", group.name, methods[m], cost.name), group.cells, which, cost.value),
-         "points ps 0.9"});
+        {"1:2", name, static_cast<int>(k), write_points(out, group.name + "-" + name, cells), "points ps 0.9"});
   }
   return panel;
 }
 
 void draw(const std::filesystem::path& out, const std::vector<Group>& groups) {
-  std::vector<GridPanel> bodies, patches, meshes;
-  for (const Group& group : groups) {
-    if (group.cells.front().is_mesh)
-      meshes.push_back(panel_of(out, group, kBodyCost));
-    else if (!group.cells.front().is_patch)
-      bodies.push_back(panel_of(out, group, kBodyCost));
-    else
-      for (const Cost& cost : kPatchCosts) patches.push_back(panel_of(out, group, cost));
-  }
-  constexpr int kColumns = 3;
-  if (!meshes.empty())
-    plot_grid_with_one_legend(out / "pareto-continuum.svg", "Error against the continuum over run time", kColumns, meshes);
-  if (!bodies.empty())
-    plot_grid_with_one_legend(out / "pareto-bodies.svg", "Bodies pushed by 10 mm: error against run time", kColumns, bodies);
-  if (!patches.empty())
-    plot_grid_with_one_legend(out / "pareto-patches.svg", "Patches: error against what they cost", kColumns, patches);
-}
-
-/// For each cell: true if it is on the front.
-std::vector<bool> on_front(const ParetoCells& cells, double ParetoCell::*cost) {
-  std::vector<bool> on(cells.size(), false);
-  for (const std::size_t i : pareto_front(cells, cost)) on[i] = true;
-  return on;
-}
-
-void print_bodies(const ParetoCells& cells, Json& points) {
-  fmt::print("  {:<36} {:>9} {:>10} {:>11}\n", "palpate-lab pareto --only ...", "error %", "ms a s", "x real time");
-  const std::vector<bool> front = on_front(cells, kBodyCost.value);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const ParetoCell& c = cells[i];
-    fmt::print("  {:<36} {:>9.3g} {:>9.1f}{} {:>11.2f}\n", key_of(c), 100 * c.error, c.server_ms_s, front[i] ? '*' : ' ',
-               1e3 / c.server_ms_s);
-    points.push_back({{"point", key_of(c)},
-                      {"error", c.error},
-                      {"server_ms_s", c.server_ms_s},
-                      {"on_front", {{kBodyCost.name, front[i] ? 1 : 0}}}});
-  }
-}
-
-void print_patches(const ParetoCells& cells, Json& points) {
-  fmt::print("  {:<36} {:>9} {:>8} {:>11} {:>9}\n", "palpate-lab pareto --only ...", "error %", "bytes", "server ms", "tick us");
-  std::array<std::vector<bool>, std::size(kPatchCosts)> fronts;
-  for (std::size_t k = 0; k < fronts.size(); ++k) fronts[k] = on_front(cells, kPatchCosts[k].value);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const ParetoCell& c = cells[i];
-    const auto mark = [&](std::size_t k) { return fronts[k][i] ? '*' : ' '; };
-    fmt::print("  {:<36} {:>9.3g} {:>7.0f}{} {:>10.3f}{} {:>8.3f}{}\n", key_of(c), 100 * c.error, c.bytes, mark(0), c.build_ms,
-               mark(1), c.tick_us, mark(2));
-    Json j{{"point", key_of(c)}, {"error", c.error},       {"server_ms_s", c.server_ms_s},
-           {"bytes", c.bytes},   {"build_ms", c.build_ms}, {"tick_us", c.tick_us}};
-    for (std::size_t k = 0; k < fronts.size(); ++k) j["on_front"][kPatchCosts[k].name] = fronts[k][i] ? 1 : 0;
-    points.push_back(std::move(j));
-  }
+  std::vector<GridPanel> panels;
+  for (const Group& group : groups) panels.push_back(panel_of(out, group));
+  plot_grid(out / "pareto.svg", "Bodies pushed by 10 mm: error against run time", 3, panels);
 }
 
 Json print(const Group& group) {
-  fmt::print("\n{}\n", group.name);
+  fmt::print("\n{}\n  {:<36} {:>9} {:>15} {:>15}\n", group.name, "palpate-lab pareto --only ...", "error [%]", "cost [ms/s]",
+             "real time [x]");
+  const std::vector<std::size_t> front = front_of(group.cells);
   Json points = Json::array();
-  (group.cells.front().is_patch ? print_patches : print_bodies)(group.cells, points);
+  for (std::size_t i = 0; i < group.cells.size(); ++i) {
+    const ParetoCell& c = group.cells[i];
+    const bool on_front = std::ranges::count(front, i) > 0;
+    const std::string key = pareto_table().key(c);
+    fmt::print("  {:<36} {:>9.3g} {:>14.1f}{} {:>15.2f}\n", key, 100 * c.error, c.server_ms_s, on_front ? '*' : ' ',
+               1e3 / c.server_ms_s);
+    points.push_back({{"point", key}, {"error", c.error}, {"server_ms_s", c.server_ms_s}, {"on_front", on_front ? 1 : 0}});
+  }
   return points;
 }
 
@@ -152,26 +215,26 @@ void report(const ParetoCells& cells, const std::filesystem::path& out) {
   for (const Group& group : groups) summary[group.name] = print(group);
   write_json(out / "summary.json", summary);
   fmt::print(
-      "\n  *: no other of these is both cheaper and truer. Times are processor time, of a machine that others may use.\n{}\n",
+      "\n  A star marks a point that no other of its table beats in both error and cost. The cost is processor time; other load "
+      "on "
+      "the\n  machine affects it.\n{}\n",
       (out / "summary.json").string());
 }
 
 int run_pareto(const ParetoFlags& flags) {
-  const Shard shard = Shard::from(flags.shards.shard);
-  const ParetoGrid grid{flags.scenes, flags.quick};
   const auto out = make_output_folder(flags.out);
-  ParetoCells cells;
-  if (flags.shards.merge) {
-    cells = merged_cells(out, read_pareto_cells);
-    write_text(out / "cells.csv", cells_csv(cells));
-    report(cells, out);
-    return 0;
-  }
-  cells = flags.only.empty() ? shard.part_of(pareto_cells(grid)) : ParetoCells{pareto_cell_from(flags.only, "--only")};
-  fmt::print("{} points\n", cells.size());
-  measure_cells(grid, cells, flags.shards.jobs);
-  write_text(shard.file(out), cells_csv(cells));
-  if (shard.of == 1) report(cells, out);
+  BodyReferences references;
+  CellSweep<ParetoCell> sweep{pareto_table(), {}};
+  sweep.cells = flags.only.empty() ? pareto_cells(flags.quick) : ParetoCells{sweep.table.from_key(flags.only, "--only")};
+  for (const ParetoCell& cell : sweep.cells)
+    if (is_cube(cell)) cube_of(cell);
+  sweep.prepare = [&](const ParetoCells& cells, unsigned jobs) { references = references_of(flags.scenes, cells, jobs); };
+  sweep.measure = [&](ParetoCell& cell) {
+    const PushedRun run = push(flags.scenes, cell);
+    cell.error = relative_rms(run.force, references.at(group_of(cell)));
+    cell.server_ms_s = 1e3 * run.cost_s;
+  };
+  if (const auto cells = run_cells(sweep, flags.cells, out)) report(*cells, out);
   return 0;
 }
 
@@ -179,13 +242,12 @@ int run_pareto(const ParetoFlags& flags) {
 
 void add_pareto(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ParetoFlags>();
-  CLI::App* c = app.add_subcommand("pareto",
-                                   "error against run time: meshes against the continuum, bodies and integrators, schemes and "
-                                   "states, and which no other beats");
+  CLI::App* c = app.add_subcommand(
+      "pareto", "measure error against run time of bodies and integrators, and which points no other beats in both");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
-  c->add_option("--only", flags->only, "one point, as the table prints it")->type_name("POINT");
-  c->add_flag("--quick", flags->quick, "small bodies, one scene and one round trip");
-  flags->shards.add_to(*c);
+  c->add_option("--only", flags->only, "only this point, as the table prints it")->type_name("POINT");
+  c->add_flag("--quick", flags->quick, "use small bodies");
+  flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_pareto(*flags); }; });
 }

@@ -1,144 +1,121 @@
-// palpate-lab release: a hand lets go of the device; does the display bring it to rest? Figure 18 of the paper.
-#include "bench/measure/release.hpp"
-
+// Section `release` of palpate-lab paper: a hand lets go of the device; does it come to rest? Figure 18 of the paper and its
+// section on stability. `palpate-lab stability` maps it over round trips, rates and links.
 #include <fmt/format.h>
 
 #include <cmath>
-#include <map>
+#include <iterator>
+#include <limits>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/flags.hpp"
-#include "bench/lab/link_flags.hpp"
-#include "bench/lab/release_sweep.hpp"
+#include "bench/measure/release.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/paper/cube.hpp"
-#include "common/base/error.hpp"
-#include "common/command_line/mesh_folders.hpp"
-#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {
 
-const std::map<std::string, PassivityMode> kPassivity{
-    {"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}};
+constexpr Scheme kShown[] = {Scheme::hold, Scheme::ring, Scheme::port};
 
-struct ReleaseFlags {
-  std::string scene, scheme = "port", hand = "reference", hand_after = "free", passivity = "off", out;
-  MeshFolders mesh_folders;
-  bool sweep = false;
-  int order = 0;
-  double depth_mm = 10, tremor_mm = 0, force_step_n = 0, device_damping_n_s_m = 0, observe_s = 0;
-  LinkFlags link;
+std::string words(const ReleaseResult& r) {
+  const auto& p = r.verdict.peak_to_peak_m;
+  if (r.loop.lost)
+    return fmt::format("grows to {:.0f} mm within {:.1f} s", p.back() * 1e3, static_cast<double>(p.size()) * kWindowS);
+  return fmt::format("{:.1f} mm in the first 0.3 s, {:.2g} mm {:.1f} s later", p.front() * 1e3, p.back() * 1e3,
+                     static_cast<double>(p.size() - 1) * kWindowS);
+}
+
+/// Writes one run as CSV: t_s from the release on; depth and force along the direction into the body.
+void write_release(const std::filesystem::path& file, const Scene& scene, const ReleaseResult& r) {
+  const Vec3 into = into_body(scene), home = r.loop.ticks[0].position;
+  std::string csv = "t_s,depth_mm,x_mm,y_mm,z_mm,speed_m_s,push_n,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj\n";
+  for (std::size_t i = 0; i < r.loop.ticks.size(); ++i) {
+    const LoopTick& t = r.loop.ticks[i];
+    const Vec3 moved = 1e3 * (t.position - home);
+    fmt::format_to(std::back_inserter(csv),
+                   "{:.3f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:g},{:.6g},{:.6g}\n",
+                   static_cast<double>(i) * 1e-3 - kReleaseS, moved.dot(into), moved.x(), moved.y(), moved.z(), t.velocity.norm(),
+                   -t.force.dot(into), t.force.x(), t.force.y(), t.force.z(), seconds(t.patch_age) * 1e3, 1e3 * t.kinetic_j,
+                   1e3 * t.display_j);
+  }
+  write_text(file, csv);
+}
+
+/// Least viscous friction of the device with which it comes to rest [N s/m]; infinity if there is none up to 20 N s/m.
+double damping_needed(const Scene& scene, ReleaseOptions options) {
+  for (const double damping : {0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0}) {
+    options.device_damping_n_s_m = damping;
+    if (release(scene, options).verdict.stable) return damping;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+struct Runs {
+  std::vector<ReleaseResult> loosened, let_go;  ///< with the parameters in kShown
 };
 
-ReleaseOptions options_of(const ReleaseFlags& f) {
-  ReleaseOptions o;
-  o.scheme = available_scheme(f.scheme);
-  o.order = f.order;
-  o.rate_hz = f.link.rate_hz;
-  o.link = f.link.one_way();
-  o.seed = f.link.seed;
-  o.compute = from_seconds(f.link.compute_ms * 1e-3);
-  o.passivity = kPassivity.at(f.passivity);
-  o.hand = *hand_from_name(f.hand);
-  o.hand_after = *hand_from_name(f.hand_after);
-  o.depth_m = f.depth_mm * 1e-3;
-  o.tremor_m = f.tremor_mm * 1e-3;
-  o.force_step_n = f.force_step_n;
-  o.device_damping_n_s_m = f.device_damping_n_s_m;
-  o.observe_s = f.observe_s;
-  return o;
-}
-
-std::string in_mm(const std::vector<double>& windows_m) {
-  std::string s;
-  for (const double p : windows_m) s += fmt::format("{}{:.{}f}", s.empty() ? "" : " / ", p * 1e3, p < 0.01 ? 1 : 0);
-  return s;
-}
-
-Json summary(const ReleaseResult& r) {
-  Json windows_mm = Json::array(), kinetic_mj = Json::array();
-  for (const double p : r.verdict.peak_to_peak_m) windows_mm.push_back(p * 1e3);
-  for (const double t : r.verdict.kinetic_max_j) kinetic_mj.push_back(t * 1e3);
-  return {{"stable", r.verdict.stable ? 1 : 0},
-          {"peak_to_peak_mm", windows_mm},
-          {"window_s", kWindowS},
-          {"kinetic_max_mj", kinetic_mj},
-          {"growth_1_s", r.verdict.growth_1_s},
-          {"lost", r.loop.lost ? 1 : 0},
-          {"depth_mm", r.depth_m * 1e3},
-          {"released_mj", r.released_j * 1e3},
-          {"display_min_mj", r.display_min_j * 1e3},
-          {"observer_min_mj", r.loop.guard.energy_min_j * 1e3},
-          {"damped_ticks", r.loop.guard.damped},
-          {"patches_used", r.loop.patches_used},
-          {"hand_over_step_max_n", r.hand_over_step_max_n}};
-}
-
-int run_one(const ReleaseFlags& flags, const Scene& scene) {
-  const ReleaseResult r = release(scene, options_of(flags));
-  const auto out = make_output_folder(flags.out);
-  write_release(out / "release.csv", scene, r);
-  write_json(out / "summary.json", summary(r));
-  plot_csv(out / "release.csv", out / "release.svg",
-           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: the hand lets go at 0 s", scene.name, flags.scheme, flags.link.rate_hz,
-                       flags.link.rtt_ms),
-           "time since the release [s]",
-           {{"depth [mm]", {{"1:2", "tool", 1}}},
-            {"push on the hand [N]", {{"1:7", "rendered force", 1}}},
-            {"energy [mJ]", {{"1:($12+$13)", "sum", 0}, {"1:13", "put into the display", 1}, {"1:12", "kinetic", 2}}}},
-           {.rows = r.loop.ticks.size()});
-  fmt::print("{} at {:g} Hz, RTT {:g} ms: {}; {:.1f} mm deep when let go\n", flags.scheme, flags.link.rate_hz, flags.link.rtt_ms,
-             r.verdict.stable ? "comes to rest" : (r.loop.lost ? "NOT stable, the tool was lost" : "NOT stable"),
-             r.depth_m * 1e3);
-  fmt::print("  peak to peak in windows of 0.3 s [mm]: {}\n", in_mm(r.verdict.peak_to_peak_m));
-  fmt::print("  growth {:+.2f} /s; lowest energy of the display {:.3g} mJ\n{}\n", r.verdict.growth_1_s, r.display_min_j * 1e3,
-             (out / "summary.json").string());
-  return 0;
-}
-
-int run_sweep(const ReleaseFlags& flags, const Scene& scene) {
-  const auto out = make_output_folder(flags.out);
-  const ReleaseSweep result = sweep_release(scene, options_of(flags), false, out);
-  print_sweep(result);
-  fmt::print("{}\n", (out / "summary.json").string());
-  return 0;
-}
-
-int run_release(const ReleaseFlags& flags) {
-  const Scene scene = flags.scene.empty() ? paper_cube(ContactKind::attach) : open_scene(flags.scene, flags.mesh_folders);
-  return flags.sweep ? run_sweep(flags, scene) : run_one(flags, scene);
+Runs run_figure(const Scene& scene, const std::filesystem::path& out) {
+  Runs runs;
+  std::vector<Panel> panels{{"grip loosened: depth [mm]", {}, false, "set yrange [-10:10]"},
+                            {"let go: depth [mm]", {}, false, "set yrange [-10:10]"}};
+  for (const Scheme scheme : kShown) {
+    ReleaseOptions options;
+    options.scheme = scheme;
+    const auto show = [&](const std::string& name, std::vector<ReleaseResult>& results, Panel& panel) {
+      results.push_back(release(scene, options));
+      const auto csv = out / fmt::format("{}_{}.csv", name, name_of(scheme));
+      write_release(csv, scene, results.back());
+      panel.curves.push_back({"1:2", std::string(name_of(scheme)), static_cast<int>(results.size()), csv});
+    };
+    show("let_go", runs.let_go, panels[1]);
+    options.hand_after = *hand_from_name("light");
+    show("loosened", runs.loosened, panels[0]);
+  }
+  plot_csv(panels[0].curves[0].csv, out / "fig18.svg",
+           "Figure 18: the grip on a device of 75 g loosens, or lets go, at 0 s (20 Hz, no delay)", "time [s]", panels,
+           {.setup = "set xrange [-0.5:2.1]"});
+  return runs;
 }
 
 }  // namespace
 
-void add_release(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<ReleaseFlags>();
-  CLI::App* c = app.add_subcommand("release", "a hand lets go of the device: does it come to rest? (figure 18 of the paper)");
-  c->add_option("--scene", flags->scene, "scene file (JSON) with a grasp; without: the cube of scenes/cube6.json")
-      ->type_name("FILE");
-  add_mesh_folders(*c, flags->mesh_folders);
-  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME");
-  c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
-      ->check(number_from(0, 2 * kMaxModes));
-  flags->link.add_to(*c);
-  c->add_option("--hand", flags->hand, "grip that presses")->check(one_of({"light", "reference", "firm"}));
-  c->add_option("--hand-after", flags->hand_after, "what is left of the grip at 0.5 s; free: nothing")
-      ->check(one_of({"free", "light", "reference", "firm"}));
-  c->add_option("--depth-mm", flags->depth_mm, "how deep the hand wants to press")->check(number_from<double>(0.1, 50));
-  c->add_option("--tremor-mm", flags->tremor_mm, "of the hand, as the sine of the same power")->check(number_from<double>(0, 1));
-  c->add_option("--force-step-n", flags->force_step_n, "in which the device renders force (a Phantom: 0.07)")
-      ->check(number_from<double>(0, 1));
-  c->add_option("--device-damping-n-s-m", flags->device_damping_n_s_m, "friction of the device itself")
-      ->check(number_from<double>(0, 100));
-  c->add_option("--passivity", flags->passivity, "of the guard: off shows the scheme alone")
-      ->check(one_of({"off", "observe", "on"}));
-  c->add_option("--observe-s", flags->observe_s, "time after the release, 0: 2.1 s and two round trips")
-      ->check(number_from<double>(0, 60));
-  c->add_flag("--sweep", flags->sweep, "all schemes over round trips of 0 to 1000 ms, at 20 and 10 Hz");
-  c->add_option("--out", flags->out, "folder for CSV, summary.json and plots")->type_name("DIR")->required();
-  c->callback([flags, &run] { run = [flags] { return run_release(*flags); }; });
+PaperSection paper_release(const std::filesystem::path& folder, bool quick) {
+  const auto out = make_output_folder(folder.string());
+  const Scene scene = paper_cube(ContactKind::attach);
+  const Runs runs = run_figure(scene, out);
+  PaperSection s;
+  s.title = "Stability implications, figure 18: the grip is let go";
+  s.text =
+      "A simulated Phantom of 75 g without friction holds the top node of the 6x6x6 cube; a hand presses, then its grip loosens "
+      "to a "
+      "light one (0.1 kg, 2 N s/m, 100 N/m) or opens. The real client and server run in virtual time at 20 Hz, position read in "
+      "steps of 0.03 mm. Stable means: motion in windows of 0.3 s falls to a quarter and its kinetic energy to a sixteenth, or "
+      "to rest.";
+  const auto finding = [&](std::string what, std::string paper, const ReleaseResult& r, bool wants_stable, std::string reason) {
+    const bool agrees = r.verdict.stable == wants_stable;
+    s.findings.push_back(
+        {std::move(what), std::move(paper), words(r), agrees ? Verdict::agrees : Verdict::differs, std::move(reason)});
+  };
+  finding("grip loosened, held force (hold)", "oscillates", runs.loosened[0], false, "");
+  finding("grip loosened, local model (ring)", "does not oscillate", runs.loosened[1], true,
+          "What is left is less than three steps of the device's reading, but its energy does not go on falling: the local model "
+          "holds the far nodes still, so every new frame corrects it a little.");
+  finding("let go, held force (hold)", "oscillates", runs.let_go[0], false, "");
+  std::string friction =
+      "The local model holds the far nodes still, so it is stiffer than the body, and every new frame corrects it: "
+      "with a frictionless device that is a swing without end.";
+  ReleaseOptions ring;
+  ring.scheme = Scheme::ring;
+  if (!quick)
+    friction += fmt::format(" With {:g} N s/m, about what a Phantom's bearings (0.04 N) take at this speed, it comes to rest.",
+                            damping_needed(scene, ring));
+  finding("let go, local model (ring)", "does not oscillate", runs.let_go[1], true, friction);
+  finding("let go, whole-body patch (port)", "", runs.let_go[2], true, "");
+  if (s.findings.back().verdict == Verdict::agrees) s.findings.back().verdict = Verdict::beyond;
+  s.pictures = {
+      {out / "fig18.svg",
+       "The tool after the grip has loosened (top) and after it has let go (bottom). Beyond 10 mm curves are cut off."}};
+  return s;
 }
 
 }  // namespace palpate

@@ -212,33 +212,33 @@ int run_replay(const ReplayFlags& flags) {
 
 void add_replay(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ReplayFlags>();
-  CLI::App* c =
-      app.add_subcommand("replay", "any motion through any scheme over any link, in virtual time, beside the 1 kHz full model");
-  c->add_option("--scene", flags->scene, "scene file (JSON); with --recording: instead of the recorded one")->type_name("FILE");
+  CLI::App* c = app.add_subcommand(
+      "replay",
+      "replay a motion or recording through a scheme over a link in virtual time, and compare with the 1 kHz full model");
+  c->add_option("--scene", flags->scene, "scene file (JSON); with --recording it replaces the recorded one")->type_name("FILE");
   add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE");
-  c->add_option("--gesture", flags->gesture, "in place of a motion: one made from the body's own surface")
+  c->add_option("--gesture", flags->gesture, "use a motion made from the body's own surface")
       ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
-  c->add_option("--recording", flags->recording, "in place of a motion: the hands of a recorded session, and its scene")
-      ->type_name("FILE");
-  c->add_option("--station", flags->station, "of the recording: whose force is reported; default: the first that moved")
+  c->add_option("--recording", flags->recording, "use the hands and the scene of a recorded session")->type_name("FILE");
+  c->add_option("--station", flags->station, "station of the recording whose force is reported; default: the first that moved")
       ->type_name("NAME");
-  c->add_option("--from-s,--from", flags->from_s, "of the recording: from this time on")
+  c->add_option("--from-s,--from", flags->from_s, "begin of the part of the recording")
       ->check(number_from<double>(0, kMostSeconds));
-  c->add_option("--to-s,--to", flags->to_s, "of the recording: to this time; default: to its end")
+  c->add_option("--to-s,--to", flags->to_s, "end of the part of the recording; default: its end")
       ->check(number_from<double>(0, kMostSeconds))
       ->default_str("");
-  c->add_option("--scheme", flags->scheme, "how patches are made; auto: as a server chooses that has the time")
+  c->add_option("--scheme", flags->scheme, "scheme of the patches; auto: the server chooses as if it had the time")
       ->type_name("NAME")
       ->required();
-  c->add_option("--order", flags->order, "states of a patch (twice its modes), 0: the scheme's default")
+  c->add_option("--order", flags->order, "number of states of a patch (twice its modes), 0: the scheme's default")
       ->check(number_from(0, 2 * kMaxModes));
   flags->link.add_to(*c);
   c->add_option("--device", flags->device, "none: the motion as given; sim: a Phantom in a hand that follows it")
       ->check(one_of({"none", "sim"}));
-  c->add_option("--deadband", flags->deadband, "share of the force below which a change is not sent, 0: every patch is")
+  c->add_option("--deadband", flags->deadband, "share of the force below which a change is not sent, 0: every patch is sent")
       ->check(number_from<double>(0, kMaxDeadband));
-  c->add_option("--passivity", flags->passivity, "passivity limiter of the guard; observe: energies alone")
+  c->add_option("--passivity", flags->passivity, "passivity limiter of the guard; observe: it only computes energies")
       ->transform(one_of_names<PassivityMode>(
           {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}))
       ->default_str("off");

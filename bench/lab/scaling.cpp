@@ -1,4 +1,5 @@
-// palpate-lab scaling: the paper's section 5.2 and figure 16, stiffness of lattice blocks against their mesh density.
+// Section `scaling` of palpate-lab paper: the paper's section 5.2 and figure 16, stiffness of lattice blocks against their mesh
+// density.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,17 +9,11 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
-#include "bench/output/progress.hpp"
 #include "bench/paper/block_scaling.hpp"
 #include "bench/paper/block_stiffness.hpp"
 
 namespace palpate {
 namespace {
-
-struct ScalingFlags {
-  int plane = 16, solid = 10;  ///< most elements along an edge
-  std::string out;
-};
 
 struct ScalingRun {
   std::vector<BlockCurve> curves;  ///< four loadings x three dimensions
@@ -31,19 +26,18 @@ struct ScalingRun {
 
 constexpr const char* kSpaces[] = {"row", "plane", "solid"};  // 1-D, 2-D, 3-D in file columns
 
-ScalingRun compute(const ScalingFlags& flags) {
+/// `plane`, `solid`: most elements along an edge of a block of one or two dimensions, and of three.
+ScalingRun compute(int plane, int solid) {
   // A matrix of all nodes of a face requires a solve per node and axis, and a half space has eight times the nodes of a block.
   constexpr int kFaceSolid = 5, kContactSolid = 8;
   ScalingRun run;
-  Steps steps(std::size(kBlockLoadings));
   for (const BlockLoading loading : kBlockLoadings) {
-    steps.begin(fmt::format("blocks of rising density, loading {}", name_of(loading)));
-    run.curves.push_back(block_curve(loading, 1, flags.plane));
-    run.curves.push_back(block_curve(loading, 2, flags.plane));
-    const int solid = loading == BlockLoading::nodes     ? std::min(flags.solid, kFaceSolid)
-                      : loading == BlockLoading::contact ? std::min(flags.solid, kContactSolid)
-                                                         : flags.solid;
-    run.curves.push_back(block_curve(loading, 3, solid));
+    run.curves.push_back(block_curve(loading, 1, plane));
+    run.curves.push_back(block_curve(loading, 2, plane));
+    const int most = loading == BlockLoading::nodes     ? std::min(solid, kFaceSolid)
+                     : loading == BlockLoading::contact ? std::min(solid, kContactSolid)
+                                                        : solid;
+    run.curves.push_back(block_curve(loading, 3, most));
   }
   return run;
 }
@@ -83,32 +77,17 @@ void write_curves(const std::filesystem::path& out, const ScalingRun& run) {
   }
 }
 
-Json summary(const ScalingRun& run) {
-  Json json;
-  for (const BlockCurve& c : run.curves)
-    json["loadings"][name_of(c.loading)][fmt::format("{}d", c.dimension)] = {{"elements_max", c.elements.back()},
-                                                                             {"stiffness_at_1_k", c.stiffness.front()},
-                                                                             {"stiffness_at_max_k", c.stiffness.back()},
-                                                                             {"exponent", c.exponent}};
-  for (const int d : {2, 3}) {
-    const BlockCurve& contact = run.find(BlockLoading::contact, d);
-    const ShellFit fit = fit_shells(contact);
-    json["two_layer"][fmt::format("{}d", d)] = {{"shell_first", fit.first},
-                                                {"shell_growth", fit.growth},
-                                                {"fit_max_rel_error", fit.worst},
-                                                {"used_max_rel_error", scaling_error(contact)}};
-  }
-  double chain = 0;
+/// Largest relative difference of the one-dimensional rows from springs in series.
+double row_error(const ScalingRun& run) {
+  double worst = 0;
   for (const BlockLoading loading : kBlockLoadings)
     for (std::size_t i = 0; i < run.find(loading, 1).elements.size(); ++i)
-      chain = std::max(chain, std::abs(run.find(loading, 1).stiffness[i] * static_cast<double>(i + 1) - 1));
-  json["row_max_rel_error"] = chain;
-  return json;
+      worst = std::max(worst, std::abs(run.find(loading, 1).stiffness[i] * static_cast<double>(i + 1) - 1));
+  return worst;
 }
 
 void write_scaling(const std::filesystem::path& out, const ScalingRun& run) {
   write_curves(out, run);
-  write_json(out / "summary.json", summary(run));
   const auto curves = [](const std::filesystem::path& csv, bool legend) {
     const auto title = [&](const char* text) { return legend ? std::string(text) : std::string(); };
     return std::vector<Curve>{{"1:6", title("3-D"), 1, csv, "linespoints"},
@@ -127,49 +106,11 @@ void write_scaling(const std::filesystem::path& out, const ScalingRun& run) {
            {.setup = "set xrange [0.5:*]"});
 }
 
-void print_table(const ScalingRun& run) {
-  fmt::print("{:<9} {:>9} {:>12} {:>14} {:>16} {:>10}\n", "loading", "dimension", "elements", "at 1 element", "at the finest, k",
-             "exponent");
-  for (const BlockCurve& c : run.curves)
-    fmt::print("{:<9} {:>9} {:>12} {:>14.4g} {:>16.4g} {:>10.2f}\n", name_of(c.loading), c.dimension,
-               fmt::format("1 to {}", c.elements.back()), c.stiffness.front(), c.stiffness.back(), c.exponent);
-  for (const int d : {2, 3}) {
-    const ShellFit fit = fit_shells(run.find(BlockLoading::contact, d));
-    fmt::print("two-layer, {}-D: shells w(j) = ({:.3f} + {:.4f} j)^-{}, within {:.2g} % of the lattices\n", d, fit.first,
-               fit.growth, d - 1, 100 * fit.worst);
-  }
-}
-
-int run_scaling(const ScalingFlags& flags) {
-  const auto out = make_output_folder(flags.out);
-  const ScalingRun run = compute(flags);
-  write_scaling(out, run);
-  print_table(run);
-  fmt::print("{}\n", (out / "summary.json").string());
-  return 0;
-}
-
 }  // namespace
-
-void add_scaling(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<ScalingFlags>();
-  CLI::App* c =
-      app.add_subcommand("scaling", "stiffness of lattice blocks against their mesh density, in one to three dimensions");
-  c->add_option("--plane", flags->plane, "elements along an edge of a block of one or two dimensions, up to")
-      ->check(number_from(3, 60))
-      ->capture_default_str();
-  c->add_option("--solid", flags->solid, "the same of three; loaded node by node at most 5, around a contact at most 8")
-      ->check(number_from(3, 20))
-      ->capture_default_str();
-  c->add_option("--out", flags->out, "folder for a CSV per loading, summary.json, scaling.svg")->type_name("DIR")->required();
-  c->callback([flags, &run] { run = [flags] { return run_scaling(*flags); }; });
-}
 
 PaperSection paper_scaling(const std::filesystem::path& out, bool quick) {
   make_output_folder(out.string());
-  ScalingFlags flags;
-  if (quick) flags = {8, 5, {}};
-  const ScalingRun run = compute(flags);
+  const ScalingRun run = quick ? compute(8, 5) : compute(16, 10);
   write_scaling(out, run);
   const auto last = [&](BlockLoading loading, int d) { return run.find(loading, d).stiffness.back(); };
   const auto step = [&](int d) {
@@ -178,7 +119,6 @@ PaperSection paper_scaling(const std::filesystem::path& out, bool quick) {
   };
   PaperSection s;
   s.title = "Section 5.2, figure 16: stiffness of a block and its mesh density";
-  s.command = "palpate-lab scaling --out DIR";
   s.text =
       "Lattices of 1 to 16 elements along an edge, every element with the same k, statics at rest. The paper's figure has a "
       "curve for "
@@ -188,7 +128,7 @@ PaperSection paper_scaling(const std::filesystem::path& out, bool quick) {
       "the "
       "two-layer model replaces, so its law scales that model's outer elements.";
   s.findings.push_back({"check in one dimension: springs in series", "k/n (section 5.1)",
-                        fmt::format("k/n within {:.0e}", summary(run)["row_max_rel_error"].get<double>()), Verdict::agrees, ""});
+                        fmt::format("k/n within {:.0e}", row_error(run)), Verdict::agrees, ""});
   s.findings.push_back(
       {"3-D block under a plate, against the elements n along its edge", "a curve, fig. 16, without loading or figures",
        fmt::format("n^{:.2f}, in the end {:.2f} k more an element", run.find(BlockLoading::plate, 3).exponent, step(3)),

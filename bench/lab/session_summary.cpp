@@ -161,11 +161,13 @@ int run_summary(const SessionSummaryFlags& flags) {
 
 void add_summary(CLI::App& app, Run& run) {
   auto flags = std::make_shared<SessionSummaryFlags>();
-  CLI::App* c = app.add_subcommand("summary", "what each hand did in a recorded session: contact, force, path, smoothness");
-  c->add_option("--recording", flags->recording, "made by palpate-server or palpate-client with --record")
+  CLI::App* c =
+      app.add_subcommand("summary", "summarise what each hand did in a recorded session: contact, force, path, smoothness");
+  c->add_option("--recording", flags->recording, "file written by palpate-server or palpate-client with --record")
       ->type_name("FILE")
       ->required();
-  c->add_option("--over-n", flags->over_n, "force whose exceeding is counted")->check(number_from<double>(0, 1e4));
+  c->add_option("--over-n", flags->over_n, "threshold of the force above which time and events are counted")
+      ->check(number_from<double>(0, 1e4));
   c->add_option("--out", flags->out, "folder for summary.json, report.html and the CSV files")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_summary(*flags); }; });
 }

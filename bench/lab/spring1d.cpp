@@ -1,4 +1,4 @@
-// palpate-lab spring1d: section 2 of the paper, a hand on one nonlinear spring.
+// Section `spring1d` of palpate-lab paper: section 2 of the paper, a hand on one nonlinear spring.
 #include "bench/paper/spring1d.hpp"
 
 #include <fmt/format.h>
@@ -7,10 +7,8 @@
 #include <iterator>
 
 #include "bench/lab/experiments.hpp"
-#include "bench/lab/flags.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
-#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
@@ -25,11 +23,10 @@ struct Spring1dRuns {
   Spring1d device, printed, contact;
 };
 
-Spring1dRuns run_all(const Spring1dOptions& options, double contact_hz) {
-  Spring1dOptions printed = options, contact = tapping(options);
+Spring1dRuns run_springs(const Spring1dOptions& options) {
+  Spring1dOptions printed = options;
   printed.position_step_mm = kPrintedStepMm;
-  contact.frequency_hz = contact_hz;
-  return {run_spring1d(options), run_spring1d(printed), run_spring1d(contact)};
+  return {run_spring1d(options), run_spring1d(printed), run_spring1d(tapping(options))};
 }
 
 void write_curves(const std::filesystem::path& file, const Spring1d& run) {
@@ -56,23 +53,6 @@ void write_position_steps(const std::filesystem::path& file, const Spring1dOptio
                    2 * ideal_snr_db(run, o.position_step_mm, o.force_step_n));
   }
   write_text(file, csv);
-}
-
-Json schemes_json(const Spring1d& run, std::size_t count) {
-  Json schemes;
-  for (std::size_t s = 0; s < count; ++s) {
-    const SpringFigures& f = run.figures[s];
-    schemes[kSpringSchemeNames[s]] = {
-        {"snr_db", f.snr_db}, {"snr_paper_db", f.snr_paper_db}, {"lag_ms", f.lag_ms}, {"snr_unshifted_db", f.snr_unshifted_db}};
-    if (run.touches > 0)
-      schemes[kSpringSchemeNames[s]].update({{"onset_ms_mean", f.onset_ms_mean},
-                                             {"onset_ms_max", f.onset_ms_max},
-                                             {"ghost_ms_max", f.ghost_ms_max},
-                                             {"ghost_force_n", f.ghost_force_n},
-                                             {"onset_error_n", f.onset_error_n},
-                                             {"fast_kept", f.fast_kept}});
-  }
-  return schemes;
 }
 
 /// Curves in drawing order: coarse schemes first, as the last is drawn on top. `minus`: gnuplot expression that is subtracted.
@@ -135,39 +115,13 @@ std::vector<Figure> write_pictures(const std::filesystem::path& out, const Sprin
           {out / "position_step.svg", "Which resolution of the position the paper's 89 dB needs."}};
 }
 
-void print_table(const std::string& title, const Spring1d& run, std::size_t count) {
-  const bool contact = run.touches > 0;
-  fmt::print("\n{}\n  {:<10} {:>9} {:>13} {:>15} {:>9}", title, "scheme", "SNR [dB]", "paper's [dB]", "unshifted [dB]",
-             "lag [ms]");
-  if (contact)
-    fmt::print(" {:>16} {:>12} {:>10} {:>16} {:>10}", "onset late [ms]", "ghost [ms]", "ghost [N]", "onset error [N]",
-               "fast part");
-  fmt::print("\n");
-  for (std::size_t s = 0; s < count; ++s) {
-    const SpringFigures& f = run.figures[s];
-    fmt::print("  {:<10} {:>9.1f} {:>13.1f} {:>15.1f} {:>9}", kSpringSchemeNames[s], f.snr_db, f.snr_paper_db, f.snr_unshifted_db,
-               f.lag_ms);
-    if (contact)
-      fmt::print(" {:>9.0f} ({:>4.0f}) {:>12.0f} {:>10.2f} {:>16.2f} {:>8.0f} %", f.onset_ms_mean, f.onset_ms_max, f.ghost_ms_max,
-                 f.ghost_force_n, f.onset_error_n, 100 * f.fast_kept);
-    fmt::print("\n");
-  }
-}
-
-/// Writes all files of the command.
+/// Writes all files of the section.
 std::vector<Figure> write_results(const std::filesystem::path& out, const Spring1dRuns& runs, const Spring1dOptions& options,
                                   bool quick) {
   write_curves(out / "spring1d.csv", runs.device);
   write_curves(out / "spring1d_printed_step.csv", runs.printed);
   write_curves(out / "contact.csv", runs.contact);
   write_position_steps(out / "position_step.csv", options, quick ? 8 : 24);
-  write_json(
-      out / "summary.json",
-      {{"position_step_mm", options.position_step_mm},
-       {"force_step_n", options.force_step_n},
-       {"schemes", schemes_json(runs.device, kPaperSpringSchemes)},
-       {"printed_step", {{"position_step_mm", kPrintedStepMm}, {"schemes", schemes_json(runs.printed, kPaperSpringSchemes)}}},
-       {"contact", {{"touches", runs.contact.touches}, {"schemes", schemes_json(runs.contact, kSpringSchemeNames.size())}}}});
   return write_pictures(out, options);
 }
 
@@ -226,89 +180,20 @@ std::vector<Finding> contact_findings(const Spring1d& contact) {
   return findings;
 }
 
-struct Spring1dFlags {
-  Spring1dOptions options;
-  double contact_hz = 0.95;
-  std::string out;
-};
-
-void check(const Spring1dOptions& o) {
-  constexpr double kDeepestMm = 34.5;  // 90 % of the pole of eq. 5
-  if (o.middle_mm + o.amplitude_mm > kDeepestMm)
-    throw InputError(fmt::format("--middle-mm {:g} --amplitude-mm {:g}", o.middle_mm, o.amplitude_mm),
-                     "goes where the spring of eq. 5 has its pole", fmt::format("a sum of at most {:g} mm", kDeepestMm));
-  if (o.middle_mm + o.amplitude_mm <= 0)
-    throw InputError("--middle-mm", "keeps the hand out of contact", "a stroke that reaches above 0 mm");
-  if (o.amplitude_mm * o.frequency_hz == 0)
-    throw InputError("--amplitude-mm, --frequency-hz", "are zero: nothing moves", "numbers above 0");
-}
-
-int run_command(const Spring1dFlags& flags) {
-  check(flags.options);
-  const auto out = make_output_folder(flags.out);
-  const Spring1dRuns runs = run_all(flags.options, flags.contact_hz);
-  print_table(
-      fmt::format(
-          "In contact, position step {:g} mm, force step {:g} N (the paper: 89 / 43 / 53 / 72 dB, lag <1 / 49 / 65 / <1 ms)",
-          flags.options.position_step_mm, flags.options.force_step_n)
-          .c_str(),
-      runs.device, kPaperSpringSchemes);
-  print_table(fmt::format("In contact, position step {:g} mm as printed", kPrintedStepMm), runs.printed, kPaperSpringSchemes);
-  print_table(fmt::format("Contact on and off, {} touches", runs.contact.touches), runs.contact, kSpringSchemeNames.size());
-  write_results(out, runs, flags.options, false);
-  fmt::print(
-      "\n  SNR: 10 log10 of signal over error power, lag taken out; the paper's is 20 log10 of the same. unshifted: as felt.\n"
-      "  onset late: mean (most) until 0.1 N is shown. ghost: force shown without contact. onset error: rms, first 100 ms.\n"
-      "  fast part: how much is shown of what is faster than half the frame rate.\n\n{}\n",
-      (out / "summary.json").string());
-  return 0;
-}
-
 }  // namespace
 
 PaperSection paper_spring1d(const std::filesystem::path& folder, bool quick) {
   const auto out = make_output_folder(folder.string());
   const Spring1dOptions options;
-  const Spring1dRuns runs = run_all(options, tapping(options).frequency_hz);
+  const Spring1dRuns runs = run_springs(options);
   PaperSection section{
-      "Section 2, equations 1 to 5, figure 2: a nonlinear spring", "palpate-lab spring1d --out DIR",
+      "Section 2, equations 1 to 5, figure 2: a nonlinear spring",
       "A hand moves sinusoidally on the spring of eq. 5 while its model runs at 10 Hz; four schemes show a force "
       "at 1 kHz in between. The same for a stroke that touches the spring and leaves it, where the paper argues "
       "without numbers. The paper's SNR is 20 log10 of a ratio of powers, after the lag is taken out.",
       table_findings(runs), write_results(out, runs, options, quick)};
   for (Finding& finding : contact_findings(runs.contact)) section.findings.push_back(std::move(finding));
   return section;
-}
-
-void add_spring1d(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<Spring1dFlags>();
-  Spring1dOptions& o = flags->options;
-  CLI::App* c =
-      app.add_subcommand("spring1d", "section 2 of the paper: four schemes on one nonlinear spring, in contact and in and out");
-  c->add_option("--rate-hz", o.rate_hz, "frames of the model a second")
-      ->check(number_from<double>(1, 1000))
-      ->capture_default_str();
-  c->add_option("--low-pass-hz", o.low_pass_hz, "cut-off of `filtered`")
-      ->check(number_from<double>(0.1, 500))
-      ->capture_default_str();
-  c->add_option("--middle-mm", o.middle_mm, "where the stroke is centred, surface at 0")
-      ->check(number_from<double>(-30, 34))
-      ->capture_default_str();
-  c->add_option("--amplitude-mm", o.amplitude_mm, "of the stroke")->check(number_from<double>(0, 60))->capture_default_str();
-  c->add_option("--frequency-hz", o.frequency_hz, "of the stroke")->check(number_from<double>(0, 50))->capture_default_str();
-  c->add_option("--phase-rad", o.phase_rad, "of the stroke")->check(number_from<double>(-10, 10))->capture_default_str();
-  c->add_option("--contact-frequency-hz", flags->contact_hz, "of the stroke in and out of contact")
-      ->check(number_from<double>(0.1, 50))
-      ->capture_default_str();
-  c->add_option("--duration-s", o.duration_s, "of each stroke")->check(number_from<double>(3, 120))->capture_default_str();
-  c->add_option("--position-step-mm", o.position_step_mm, "resolution of the position; the paper prints 0.3")
-      ->check(number_from<double>(0, 5))
-      ->capture_default_str();
-  c->add_option("--force-step-n", o.force_step_n, "resolution of the force")
-      ->check(number_from<double>(0, 5))
-      ->capture_default_str();
-  c->add_option("--out", flags->out, "folder for summary.json, CSV files and plots")->type_name("DIR")->required();
-  c->callback([flags, &run] { run = [flags] { return run_command(*flags); }; });
 }
 
 }  // namespace palpate

@@ -7,7 +7,6 @@
 
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/link_flags.hpp"
-#include "bench/lab/shards.hpp"
 #include "bench/lab/stability_body.hpp"
 #include "bench/lab/stability_maps.hpp"
 #include "bench/output/output.hpp"
@@ -22,15 +21,17 @@ struct StabilityFlags {
   bool quick = false, body = false, solid = false;
   StabilityCube cube() const { return solid ? StabilityCube::solid : StabilityCube::springs; }
   std::uint64_t seed = 1;
-  ShardFlags shards;
+  CellFlags cells;
 };
 
 using StabilityCells = std::vector<StabilityCell>;
 
 bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::hyper; }
 
-Json to_json(const StabilityPoint& p, const StabilityCell& c) {
-  return {{"point", key_of(p)},
+std::string key_of(const StabilityCell& c) { return stability_table().key(c); }
+
+Json to_json(const StabilityCell& c) {
+  return {{"point", key_of(c)},
           {"stable", c.fault == LoopFault::none ? 1 : 0},
           {"tail_mm", c.tail_mm},
           {"growth_1_s", c.growth_1_s},
@@ -44,8 +45,8 @@ Json to_json(const StabilityPoint& p, const StabilityCell& c) {
 bool report(const StabilityCells& cells, StabilityCube cube, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};
-  fmt::print("\n  {:<10} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7}   {:>20}   {:>14}\n", "scheme", "points", "stable", "lost", "unrest",
-             "shakes", "cut", "largest tail [mm]", "generated [mJ]");
+  fmt::print("\n  {:<10} {:>7} {:>11} {:>7} {:>7} {:>7} {:>7} {:>18} {:>15}\n", "scheme", "points", "stable [%]", "lost",
+             "unrest", "shakes", "cut", "largest tail [mm]", "generated [mJ]");
   for (const Scheme scheme : available_schemes()) {
     std::array<std::size_t, kLoopFaultNames.size()> count{};
     double tail_mm = 0, generated_mj = 0;
@@ -59,11 +60,11 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
       if (c.fault == LoopFault::none)
         tail_mm = std::max(tail_mm, c.tail_mm);
       else if (is_ours(scheme))
-        failures.push_back(to_json(c.point, c));
+        failures.push_back(to_json(c));
     }
     const std::size_t stable = count[0], all = stable + count[1] + count[2] + count[3];
     if (all == 0) continue;
-    fmt::print("  {:<10} {:>7} {:>6.1f} % {:>7} {:>7} {:>7} {:>7}   {:>20.2f}   {:>14.3g}\n", name_of(scheme), all,
+    fmt::print("  {:<10} {:>7} {:>11.1f} {:>7} {:>7} {:>7} {:>7} {:>18.2f} {:>15.3g}\n", name_of(scheme), all,
                100.0 * static_cast<double>(stable) / static_cast<double>(all), count[1], count[2], count[3], cut, tail_mm,
                generated_mj);
     Json& j = summary["schemes"][std::string(name_of(scheme))];
@@ -72,17 +73,17 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
     if (is_ours(scheme)) j["unstable"] = failures;
   }
   fmt::print(
-      "\n  unrest: the motion does not die out when nothing drives it; shakes: a driven hand is shaken; cut: no patch came in "
-      "time,\n"
-      "  and the force faded; tail: what is left of the motion after 1.5 s or more, of stable points; generated: energy from "
-      "the\n"
-      "  display beyond what the hand had put in.\n");
+      "\n  Unrest means that the motion does not die out when nothing drives it, shakes that a driven hand is shaken, cut that "
+      "no "
+      "patch came\n  in time and the force faded. The tail is the motion of stable points after 1.5 s or more; the generated "
+      "energy is "
+      "that from the\n  display beyond what the hand had put in.\n");
   bool all_stable = true;
   for (const StabilityCell& c : cells) {
     if (c.fault == LoopFault::none || !is_ours(c.point.scheme)) continue;
     all_stable = false;
     fmt::print("  {}: palpate-lab stability{} --only {} --out DIR\n", name_of(c.fault),
-               cube == StabilityCube::solid ? " --solid" : "", key_of(c.point));
+               cube == StabilityCube::solid ? " --solid" : "", key_of(c));
   }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
@@ -105,18 +106,18 @@ std::string trace_csv(const StabilityResult& result) {
 }
 
 int run_one(const StabilityFlags& flags) {
-  const StabilityPoint point = point_from(flags.only, "--only");
+  const StabilityPoint point = stability_point(flags.only);
   const auto out = make_output_folder(flags.out);
   const StabilityResult result = measure_stability(point, reference_of(point, flags.cube()));
   const LoopVerdict& v = result.verdict;
   write_text(out / "trace.csv", trace_csv(result));
-  plot_csv(out / "trace.csv", out / "trace.svg", key_of(point), "time [s]",
+  plot_csv(out / "trace.csv", out / "trace.svg", flags.only, "time [s]",
            {{"depth [mm]", {{"1:(-$13)", "full model at 1 kHz", 0}, {"1:(-$4)", "tool", 1}}},
             {"sideways [mm]", {{"1:11", "full model at 1 kHz", 0}, {"1:2", "tool", 1}}},
             {"force [N]", {{"1:7", "up", 1}, {"1:5", "sideways", 2}}},
             {"energy [mJ]", {{"1:10", "put into the display", 1}, {"1:9", "kinetic", 2}}}},
            {.rows = result.loop.ticks.size()});
-  fmt::print("{}: {}\n  nothing drives from {:g} s on; peak to peak in windows of {:g} s [mm]:", key_of(point), name_of(v.fault),
+  fmt::print("{}: {}\n  nothing drives from {:g} s on; peak to peak in windows of {:g} s [mm]:", flags.only, name_of(v.fault),
              static_cast<double>(result.rest_tick) * 1e-3, kWindowS);
   for (const double p : v.rest.peak_to_peak_m) fmt::print(" {:.2f}", 1e3 * p);
   fmt::print("\n  growth {:+.2f} /s; shake while driven {:.2f} mm, {:.0f} mm/s; generated {:.3g} mJ\n", v.rest.growth_1_s,
@@ -129,41 +130,30 @@ int run_one(const StabilityFlags& flags) {
 }
 
 int run_stability(const StabilityFlags& flags) {
-  if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.shards});
+  if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.cells});
   if (!flags.only.empty()) return run_one(flags);
-  StabilityPlan plan{{}, cube_stiffness_n_m(), flags.quick, flags.seed};
-  for (const std::string& name : flags.schemes) plan.schemes.push_back(available_scheme(name));
-  if (plan.schemes.empty()) plan.schemes = available_schemes();
-  const Shard shard = Shard::from(flags.shards.shard);
+  const StabilityPlan plan{schemes_named(flags.schemes), cube_stiffness_n_m(), flags.quick, flags.seed};
   const auto out = make_output_folder(flags.out);
-  StabilityCells cells;
-  if (flags.shards.merge) {
-    cells = merged_cells(out, read_stability_cells);
-    write_text(out / "cells.csv", cells_csv(cells));
-    return report(cells, flags.cube(), out) ? 0 : 1;
-  }
-  const std::vector<StabilityPoint> all = stability_points(plan);
-  for (const StabilityPoint& p : shard.part_of(all)) cells.push_back({p});
-  fmt::print("{} points of {}\n", cells.size(), all.size());
-  measure_cells(cells, flags.cube(), flags.shards.jobs);
-  write_text(shard.file(out), cells_csv(cells));
-  return shard.of > 1 || report(cells, flags.cube(), out) ? 0 : 1;
+  const auto cells = run_cells(stability_sweep(stability_points(plan), flags.cube()), flags.cells, out);
+  return !cells || report(*cells, flags.cube(), out) ? 0 : 1;
 }
 
 }  // namespace
 
 void add_stability(CLI::App& app, Run& run) {
   auto flags = std::make_shared<StabilityFlags>();
-  CLI::App* c = app.add_subcommand(
-      "stability", "maps of where hand, device and display are stable together, for every scheme; --body: of the full model");
-  c->add_flag("--body", flags->body, "the full model alone: bodies, steps and pulls at their extremes");
-  c->add_flag("--solid", flags->solid, "the cube of finite elements instead of springs");
-  c->add_option("--schemes", flags->schemes, "these alone, separated by commas")->type_name("NAME")->delimiter(',');
-  c->add_flag("--quick", flags->quick, "a look: few points of each kind");
-  c->add_option("--only", flags->only, "one point, as cells.csv begins: SCHEME,CONTACT,HAND,... with its trace")
+  CLI::App* c =
+      app.add_subcommand("stability",
+                         "find where the loop of hand, device and display is stable, for every scheme; --body: where the full "
+                         "model is");
+  c->add_flag("--body", flags->body, "try the full model alone: extreme bodies, steps and deformations");
+  c->add_flag("--solid", flags->solid, "use the cube of finite elements instead of springs");
+  c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")->type_name("NAME")->delimiter(',');
+  c->add_flag("--quick", flags->quick, "try few points of each kind");
+  c->add_option("--only", flags->only, "only this point, with its trace: SCHEME,CONTACT,HAND,... as cells.csv begins")
       ->type_name("POINT");
-  c->add_option("--seed", flags->seed, "of the scattered points and the links")->check(whole_number());
-  flags->shards.add_to(*c);
+  c->add_option("--seed", flags->seed, "seed of the scattered points and the links")->check(whole_number());
+  flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and maps")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stability(*flags); }; });
 }

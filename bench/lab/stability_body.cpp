@@ -3,78 +3,48 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iterator>
 
-#include "bench/lab/parallel.hpp"
 #include "bench/measure/stability_plan.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
-#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr const char* kBodyKeys = "treatment,law,amount,ratio,zeta,mass_min_kg,mass_max_kg,step_ms,seed";
-constexpr const char* kBodyMeasures = "holds,finite,steps,cut_steps,failed,hidden_cut,released_j,growth,left,off_spacings,end";
-constexpr std::size_t kStabilityBodyKeyFields = 9;
 constexpr std::array<std::string_view, 3> kLaws{"linear", "stiffening", "thigh-skin"};  // names as in scene files
 
 struct BodyCell {
   BodyTrial trial;
   BodyTrialResult result;
+  bool holds = false;
 };
 using StabilityBodyCells = std::vector<BodyCell>;
 
-std::string key_of(const BodyTrial& t) {
-  return fmt::format("{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{}", name_of(t.treatment),
-                     kLaws[static_cast<std::size_t>(t.law)], t.amount, t.ratio, t.zeta, t.mass_min_kg, t.mass_max_kg, t.step_ms,
-                     t.seed);
-}
-
-BodyTrial trial_from(const std::vector<std::string>& f, const std::string& where) {
-  if (f.size() < kStabilityBodyKeyFields) throw InputError(where, fmt::format("has {} fields", f.size()), kBodyKeys);
-  BodyTrial t;
-  t.treatment = static_cast<Treatment>(index_from(f[0], kTreatmentNames, where));
-  t.law = static_cast<SpringLaw>(index_from(f[1], kLaws, where));
-  double* const numbers[] = {&t.amount, &t.ratio, &t.zeta, &t.mass_min_kg, &t.mass_max_kg, &t.step_ms};
-  for (std::size_t k = 0; k < std::size(numbers); ++k) *numbers[k] = number_from(f[2 + k], where);
-  t.seed = static_cast<std::uint64_t>(number_from(f[8], where));
-  return t;
-}
-
-std::string cells_csv(const StabilityBodyCells& cells) {
-  std::string csv = fmt::format("{},{}\n", kBodyKeys, kBodyMeasures);
-  for (const BodyCell& c : cells) {
-    const BodyTrialResult& r = c.result;
-    fmt::format_to(std::back_inserter(csv), "{},{:d},{:d},{},{},{},{:d},{:.4g},{:.4g},{:.4g},{:.4g},{}\n", key_of(c.trial),
-                   r.holds(c.trial), r.finite, r.steps, r.cut_steps, r.failed, r.hidden_cut, r.released_j, r.growth, r.left,
-                   r.off_spacings, name_of(r.end));
-  }
-  return csv;
-}
-
-StabilityBodyCells read_body_cells(const std::filesystem::path& file) {
-  StabilityBodyCells cells;
-  for (const std::vector<std::string>& f : read_rows(file, fmt::format("{},{}", kBodyKeys, kBodyMeasures))) {
-    const std::string where = fmt::format("{}:{}", file.string(), cells.size() + 2);
-    BodyCell c{trial_from(f, where), {}};
-    const auto number = [&](std::size_t k) { return number_from(f[kStabilityBodyKeyFields + k], where); };
-    BodyTrialResult& r = c.result;
-    r.finite = number(1) > 0;
-    r.steps = static_cast<int>(number(2));
-    r.cut_steps = static_cast<int>(number(3));
-    r.failed = static_cast<int>(number(4));
-    r.hidden_cut = number(5) > 0;
-    r.released_j = number(6);
-    r.growth = number(7);
-    r.left = number(8);
-    r.off_spacings = number(9);
-    r.end = static_cast<BodyEnd>(index_from(f[kStabilityBodyKeyFields + 10], kBodyEndNames, where));
-    cells.push_back(c);
-  }
-  return cells;
+CellTable<BodyCell> body_table() {
+  CellTable<BodyCell> table;
+  table.parameter("treatment", within(&BodyCell::trial, &BodyTrial::treatment), kTreatmentNames)
+      .parameter("law", within(&BodyCell::trial, &BodyTrial::law), kLaws)
+      .parameter("amount", within(&BodyCell::trial, &BodyTrial::amount), "{:.17g}")
+      .parameter("ratio", within(&BodyCell::trial, &BodyTrial::ratio), "{:.17g}")
+      .parameter("zeta", within(&BodyCell::trial, &BodyTrial::zeta), "{:.17g}")
+      .parameter("mass_min_kg", within(&BodyCell::trial, &BodyTrial::mass_min_kg), "{:.17g}")
+      .parameter("mass_max_kg", within(&BodyCell::trial, &BodyTrial::mass_max_kg), "{:.17g}")
+      .parameter("step_ms", within(&BodyCell::trial, &BodyTrial::step_ms), "{:.17g}")
+      .parameter("seed", within(&BodyCell::trial, &BodyTrial::seed))
+      .result("holds", &BodyCell::holds, "{:d}")
+      .result("finite", within(&BodyCell::result, &BodyTrialResult::finite), "{:d}")
+      .result("steps", within(&BodyCell::result, &BodyTrialResult::steps))
+      .result("cut_steps", within(&BodyCell::result, &BodyTrialResult::cut_steps))
+      .result("failed", within(&BodyCell::result, &BodyTrialResult::failed))
+      .result("hidden_cut", within(&BodyCell::result, &BodyTrialResult::hidden_cut), "{:d}")
+      .result("released_j", within(&BodyCell::result, &BodyTrialResult::released_j), "{:.4g}")
+      .result("growth", within(&BodyCell::result, &BodyTrialResult::growth), "{:.4g}")
+      .result("left", within(&BodyCell::result, &BodyTrialResult::left), "{:.4g}")
+      .result("off_spacings", within(&BodyCell::result, &BodyTrialResult::off_spacings), "{:.4g}")
+      .result("end", within(&BodyCell::result, &BodyTrialResult::end), kBodyEndNames);
+  return table;
 }
 
 void draw(const std::filesystem::path& out, const StabilityBodyCells& cells) {
@@ -112,7 +82,7 @@ bool report(const StabilityBodyCells& cells, const std::filesystem::path& out) {
     for (const BodyCell& c : cells) {
       if (static_cast<std::size_t>(c.trial.treatment) != k) continue;
       ++trials;
-      hold += c.result.holds(c.trial);
+      hold += c.holds;
       nan += !c.result.finite;
       ++ends[static_cast<std::size_t>(c.result.end)];
       with_cuts += c.result.cut_steps > 0;
@@ -127,15 +97,15 @@ bool report(const StabilityBodyCells& cells, const std::filesystem::path& out) {
         {"elsewhere", ends[2]}, {"none", ends[3]}, {"with_cut_steps", with_cuts}, {"halted", halted}, {"growth_max", growth}};
   }
   fmt::print(
-      "\n  Trials by where the body ends after everything let go: at its rest shape, on its way to it, in another equilibrium.\n"
-      "  cut steps: trials whose statistics report any; halted: those in which a piece of 50 ms was given up and the body "
-      "halted;\n"
-      "  growth: most that the energy rose after the release, as a share.\n");
+      "\n  All columns but the last count trials. After the release the body ends at its rest shape (back), on its way to it, in "
+      "another\n  equilibrium (elsewhere) or in none. Cut steps: the statistics report steps that were shortened. Halted: no "
+      "step "
+      "converged within a\n  piece of 50 ms. Growth is the largest rise of the energy after the release, as a share of it.\n");
   bool all_hold = true;
   for (const BodyCell& c : cells) {
-    if (c.result.holds(c.trial)) continue;
+    if (c.holds) continue;
     all_hold = false;
-    fmt::print("  does not hold: palpate-lab stability --body --only {} --out DIR\n", key_of(c.trial));
+    fmt::print("  does not hold: palpate-lab stability --body --only {} --out DIR\n", body_table().key(c));
   }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
@@ -146,23 +116,19 @@ bool report(const StabilityBodyCells& cells, const std::filesystem::path& out) {
 
 int run_body_sweep(const BodySweep& sweep) {
   constexpr std::size_t kScattered = 400, kScatteredQuick = 40;
-  const Shard shard = Shard::from(sweep.shards.shard);
   const auto out = make_output_folder(sweep.out);
-  StabilityBodyCells cells;
-  if (sweep.shards.merge) {
-    cells = merged_cells(out, read_body_cells);
-  } else {
-    const std::vector<BodyTrial> trials = sweep.only.empty()
-                                              ? shard.part_of(body_trials(sweep.quick ? kScatteredQuick : kScattered, sweep.seed))
-                                              : std::vector{trial_from(fields_of(sweep.only), "--only")};
-    for (const BodyTrial& t : trials) cells.push_back({t, {}});
-    fmt::print("{} trials\n", cells.size());
-    run_all(
-        cells.size(), [&](std::size_t i) { cells[i].result = try_body(cells[i].trial); }, sweep.shards.jobs);
-  }
-  const bool part = shard.of > 1 && !sweep.shards.merge;
-  write_text(part ? shard.file(out) : out / "cells.csv", cells_csv(cells));
-  return part || report(cells, out) ? 0 : 1;
+  CellSweep<BodyCell> trials{body_table(), {}};
+  if (sweep.only.empty())
+    for (const BodyTrial& t : body_trials(sweep.quick ? kScatteredQuick : kScattered, sweep.seed))
+      trials.cells.push_back({t, {}});
+  else
+    trials.cells.push_back(trials.table.from_key(sweep.only, "--only"));
+  trials.measure = [](BodyCell& cell) {
+    cell.result = try_body(cell.trial);
+    cell.holds = cell.result.holds(cell.trial);
+  };
+  const auto cells = run_cells(trials, sweep.cells, out);
+  return !cells || report(*cells, out) ? 0 : 1;
 }
 
 }  // namespace palpate

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "bench/lab/shards.hpp"
+#include "bench/lab/cells.hpp"
 
 namespace palpate {
 
@@ -14,7 +14,7 @@ struct BodySweep {
   bool quick = false;
   std::uint64_t seed = 1;
   std::string only, out;
-  ShardFlags shards;
+  CellFlags cells;
 };
 /// Writes cells.csv, summary.json and body-*.svg to `out`; `only`: a single trial, given as a row of cells.csv begins.
 int run_body_sweep(const BodySweep& sweep);

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <ctime>
 #include <iterator>
 
 #include "bench/fidelity/ceiling.hpp"
@@ -26,7 +26,7 @@ struct StationsFlags {
   std::string scene, scheme = "port", device = "none", out;
   MeshFolders mesh_folders;
   int stations = 2, order = 0;
-  double apart_mm = 20, duration_s = 4;
+  double apart_mm = 20, slide_mm = 0, duration_s = 4;
   bool no_ceiling = false;
   LinkFlags link;
 };
@@ -78,6 +78,20 @@ std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult
   return best;
 }
 
+/// Processor time of the server per frame: the body's step, and the patches of all stations by phase.
+void report_cost(const ReplayResult& r, double rate_hz, Json& summary) {
+  constexpr std::array<const char*, kPatchParts> kPhases{"linearise", "solve", "basis", "project", "rollouts", "other"};
+  fmt::print("\n{:<16} {:>16} {:>14}\n", "part", "time/frame [ms]", "share [%]");
+  const auto row = [&](const char* part, double ms) {
+    fmt::print("{:<16} {:>16.3f} {:>14.2f}\n", part, ms, 0.1 * ms * rate_hz);
+    summary["server_ms_per_frame"][part] = ms;
+  };
+  row("step of the body", r.frame_ms_mean - r.patch_build_ms_mean);
+  row("patches", r.patch_build_ms_mean);
+  for (std::size_t k = 0; k < kPatchParts; ++k) row(kPhases[k], r.phase_ms_mean[k]);
+  fmt::print("\nThe share is that of a core at {:g} frames per second; the phases add up to the patches.\n", rate_hz);
+}
+
 int run_stations(const StationsFlags& flags) {
   ReplayOptions options = replay_options(flags.scheme, flags.order, flags.link);
   options.progress = show_progress();
@@ -85,18 +99,19 @@ int run_stations(const StationsFlags& flags) {
   const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   if (scene.tool.contact != ContactKind::touch)
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
-  const std::vector<Motion> motions = tools_apart(scene, flags.stations, flags.apart_mm * 1e-3, flags.duration_s);
+  const std::vector<Motion> motions =
+      tools_apart(scene, flags.stations, flags.apart_mm * 1e-3, flags.duration_s, flags.slide_mm * 1e-3);
   const auto out = make_output_folder(flags.out);
   const std::vector<ReplayResult> results = replay_together(scene, motions, options, processor_ns);
   write_forces(out / "forces.csv", results);
   Json summary;
   const std::vector<Ceiling> most =
       !flags.no_ceiling && results.size() > 1 ? ceilings(scene, results, options.progress) : std::vector<Ceiling>{};
-  fmt::print("{:<9} {:>8} {:>11} {:>9} {:>12} {:>9} {:>11} {:>12}\n", "station", "dB", "ceiling dB", "rms [%]", "p95 [%]",
-             "step [N]", "its step", "bytes/patch");
+  fmt::print("{:<9} {:>9} {:>13} {:>14} {:>14} {:>9} {:>17} {:>10}\n", "station", "SNR [dB]", "ceiling [dB]", "rms error [%]",
+             "p95 error [%]", "step [N]", "ceiling step [N]", "patch [B]");
   for (std::size_t k = 0; k < results.size(); ++k) {
     const ReplayResult& r = results[k];
-    fmt::print("{:<9} {:>8.1f} {:>11} {:>9.2f} {:>12.1f} {:>9.2f} {:>11} {:>12.0f}\n", k + 1, r.fidelity.snr_db,
+    fmt::print("{:<9} {:>9.1f} {:>13} {:>14.2f} {:>14.1f} {:>9.2f} {:>17} {:>10.0f}\n", k + 1, r.fidelity.snr_db,
                most.empty() ? "-" : fmt::format("{:.1f}", most[k].snr_db), 100 * r.fidelity.rel_rms,
                100 * r.fidelity.p95_rel_error, r.hand_over.max_n, most.empty() ? "-" : fmt::format("{:.2f}", most[k].step_max_n),
                r.patch_bytes_mean);
@@ -111,11 +126,7 @@ int run_stations(const StationsFlags& flags) {
     summary["stations"].back()["ceiling_snr_db"] = most[k].snr_db;
     summary["stations"].back()["ceiling_step_max_n"] = most[k].step_max_n;
   }
-  const double build_ms = results[0].patch_build_ms_mean, step_ms = results[0].frame_ms_mean - build_ms;
-  fmt::print("server    body's step {:.2f} ms a frame; patches {:.2f} ms a frame, {:.3f} ms a station (more: palpate-lab load)\n",
-             step_ms, build_ms, build_ms / flags.stations);
-  summary["server"] = {
-      {"step_ms_mean", step_ms}, {"patches_ms_mean", build_ms}, {"patch_ms_per_station", build_ms / flags.stations}};
+  report_cost(results[0], flags.link.rate_hz, summary);
   write_json(out / "summary.json", summary);
   std::vector<Panel> panels;
   for (std::size_t k = 0; k < std::min<std::size_t>(results.size(), 4); ++k)
@@ -134,21 +145,28 @@ int run_stations(const StationsFlags& flags) {
 
 void add_stations(CLI::App& app, Run& run) {
   auto flags = std::make_shared<StationsFlags>();
-  CLI::App* c = app.add_subcommand("stations", "several hands on one body: what each feels of the others, and what it costs");
+  CLI::App* c =
+      app.add_subcommand("stations", "measure what several hands on one body feel of each other, and what they cost the server");
   c->add_option("--scene", flags->scene, "scene file (JSON) with touch contact")->type_name("FILE")->required();
   add_mesh_folders(*c, flags->mesh_folders);
-  c->add_option("--stations", flags->stations, "hands on the body")->check(number_from(1, kMaxStations))->capture_default_str();
+  c->add_option("--stations", flags->stations, "number of hands on the body")
+      ->check(number_from(1, kMaxStations))
+      ->capture_default_str();
   c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
       ->check(number_from<double>(0, 1000))
       ->capture_default_str();
-  c->add_option("--duration-s", flags->duration_s, "length of the motions")
+  c->add_option("--slide-mm", flags->slide_mm, "distance by which every other tool slides to and fro")
+      ->check(number_from<double>(0, 100))
+      ->capture_default_str();
+  c->add_option("--duration-s", flags->duration_s, "duration of the motions")
       ->check(number_from<double>(0.5, 600))
       ->capture_default_str();
-  c->add_option("--scheme", flags->scheme, "how patches are made")->type_name("NAME")->capture_default_str();
-  c->add_option("--order", flags->order, "states of a patch, 0: the scheme's default")->check(number_from(0, 2 * kMaxModes));
+  c->add_option("--scheme", flags->scheme, "scheme of the patches")->type_name("NAME")->capture_default_str();
+  c->add_option("--order", flags->order, "number of states of a patch, 0: the scheme's default")
+      ->check(number_from(0, 2 * kMaxModes));
   c->add_option("--device", flags->device, "none: the motions as given; sim: Phantoms in hands that follow them")
       ->check(one_of({"none", "sim"}));
-  c->add_flag("--no-ceiling", flags->no_ceiling, "leave out what the full model instead of patches would be worth");
+  c->add_flag("--no-ceiling", flags->no_ceiling, "leave out the upper bound: the full model instead of patches");
   flags->link.add_to(*c);
   c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_stations(*flags); }; });

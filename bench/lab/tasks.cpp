@@ -2,12 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/parallel.hpp"
 #include "bench/measure/examination.hpp"
+#include "common/base/error.hpp"
 #include "server/body/unload.hpp"
 
 namespace palpate {
+
+std::vector<std::string> scenes_in(const std::filesystem::path& folder, const std::vector<std::string>& only) {
+  std::vector<std::string> names;
+  if (std::filesystem::is_directory(folder))
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  if (names.empty()) throw InputError("--scenes " + folder.string(), "holds no scene", "a folder of *.json");
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : only)
+    if (!std::filesystem::exists(folder / (name + ".json")))
+      throw InputError("--only " + name, "is no scene of " + folder.string(), fmt::format("one of {}", fmt::join(names, ", ")));
+  return only.empty() ? names : only;
+}
 
 std::string at_place(const std::string& scene, int place) { return place == 0 ? scene : fmt::format("{}@{}", scene, place); }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "bench/fidelity/reference.hpp"
 #include "common/motion/motion.hpp"
@@ -20,6 +21,8 @@ struct SweepTask {
 /// Tasks by the names that the cells use.
 using SweepTasks = std::map<std::string, SweepTask>;
 
+/// Names of the scenes in a folder, in alphabetical order; or `only`, if not empty. Throws InputError if there is no such scene.
+std::vector<std::string> scenes_in(const std::filesystem::path& folder, const std::vector<std::string>& only);
 /// Formats a place: "scene@k" is the k-th place (from 1) drawn on a scene of this name, "scene" its top (examination.hpp).
 std::string at_place(const std::string& scene, int place);
 /// Adds the examination of a scene of the folder, at its top or at a place, under the name above, unless it exists already.

@@ -122,8 +122,7 @@ void plot_families(const std::filesystem::path& out, const std::vector<TissueSer
     panels.back().curves.push_back({"1:2", s.element_name(), static_cast<int>(s.element) + 1, file, "linespoints"});
   }
   for (const auto& [family, panels] : families)
-    plot_grid_with_one_legend(out / ("tissue-" + file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3,
-                              panels);
+    plot_grid(out / ("tissue-" + file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3, panels);
 }
 
 void write_tissue(const std::filesystem::path& out, const std::vector<TissueSeries>& all) {
@@ -170,10 +169,11 @@ int run_tissue(const TissueFlags& flags) {
 
 void add_tissue(CLI::App& app, Run& run) {
   auto flags = std::make_shared<TissueFlags>();
-  CLI::App* c = app.add_subcommand(
-      "tissue", "how far bodies are from the continuum that they stand for: closed forms, theory, another solver");
-  c->add_flag("--quick", flags->quick, "without the finest meshes");
-  c->add_option("--only", flags->only, "cases with this in \"FAMILY: NAME\", as 'layers' or 'nu = 0.49'")->type_name("TEXT");
+  CLI::App* c =
+      app.add_subcommand("tissue", "compare bodies with the continuum that they stand for: closed forms, theory, another solver");
+  c->add_flag("--quick", flags->quick, "leave out the finest meshes");
+  c->add_option("--only", flags->only, "only cases with this text in \"FAMILY: NAME\", such as 'layers' or 'nu = 0.49'")
+      ->type_name("TEXT");
   c->add_option("--out", flags->out, "folder for cells.csv, table.md, summary.json and plots")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_tissue(*flags); }; });
 }

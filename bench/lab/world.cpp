@@ -213,27 +213,28 @@ int run_world(WorldFlags flags) {
 
 void add_world(CLI::App& app, Run& run) {
   auto flags = std::make_shared<WorldFlags>();
-  CLI::App* c =
-      app.add_subcommand("world", "simulated worlds drawn from a seed, with everything that goes wrong, run under checks");
-  c->add_option("--seed", flags->draw.seed, "of everything that is drawn; the first of several")->check(whole_number());
-  c->add_option("--seeds", flags->seeds, "how many, from --seed on")->check(number_from(1, 1'000'000'000));
-  c->add_option("--for-s", flags->for_s, "instead of --seeds: as many as fit into this time")->check(number_from(0.0, 1e7));
+  CLI::App* c = app.add_subcommand("world", "run simulated worlds, drawn from seeds with faults, under checks");
+  c->add_option("--seed", flags->draw.seed, "seed of everything that is drawn; the first of several")->check(whole_number());
+  c->add_option("--seeds", flags->seeds, "number of seeds, from --seed on")->check(number_from(1, 1'000'000'000));
+  c->add_option("--for-s", flags->for_s, "run as many seeds as fit into this time")->check(number_from(0.0, 1e7));
   c->add_option("--duration-s", flags->draw.duration_s, "world time until everything is healed")
       ->check(number_from(1.5, 600.0))
       ->capture_default_str();
   c->add_option("--deadband", flags->draw.deadband, "share of the force below which servers send no change; not drawn")
       ->check(number_from<double>(0, kMaxDeadband))
       ->capture_default_str();
-  c->add_option("--stations", flags->draw.stations_max, "at most so many")->check(number_from(1, 16))->capture_default_str();
-  c->add_flag("--small", flags->draw.small, "bodies of 27 nodes, sheets of 9, that cost less");
-  c->add_option("--jobs", flags->jobs, "threads, 0: one a core")->check(number_from(0, 1024));
+  c->add_option("--stations", flags->draw.stations_max, "largest number of stations")
+      ->check(number_from(1, 16))
+      ->capture_default_str();
+  c->add_flag("--small", flags->draw.small, "use bodies of 27 nodes and sheets of 9");
+  c->add_option("--jobs", flags->jobs, "number of threads, 0: one per core")->check(number_from(0, 1024));
   c->add_flag("--no-faults", flags->no_faults, "leave the faults out");
-  c->add_flag("--no-drift", flags->no_drift, "clocks that do not drift");
-  c->add_flag("--no-losses", flags->no_losses, "links that lose, double and reorder nothing by themselves");
+  c->add_flag("--no-drift", flags->no_drift, "use clocks that do not drift");
+  c->add_flag("--no-losses", flags->no_losses, "use links that lose, duplicate and reorder nothing by themselves");
   c->add_flag("--adversary", flags->adversary,
-              "datagrams go through the trust channel, with somebody on the way of them all who must not change what is felt");
-  c->add_flag("--quiet", flags->quiet, "of several seeds only those that fail");
-  c->add_option("--out", flags->out, "folder for what one seed drew and felt")->type_name("DIR");
+              "use the trust channel, with an attacker on the path of all datagrams that must not change the forces");
+  c->add_flag("--quiet", flags->quiet, "print only seeds that fail");
+  c->add_option("--out", flags->out, "folder for the scenario and forces of a single seed")->type_name("DIR");
   c->callback([flags, &run] { run = [flags] { return run_world(*flags); }; });
 }
 

@@ -11,7 +11,6 @@
 #include "bench/measure/gestures.hpp"
 #include "common/base/error.hpp"
 #include "common/base/random.hpp"
-#include "server/room/room.hpp"
 
 namespace palpate {
 namespace {
@@ -19,7 +18,6 @@ namespace {
 constexpr double kDeepM = 0.010, kLightM = 0.006, kAsideM = 0.015;
 constexpr double kInS = 0.3, kTapHz = 3, kSwingHz = 5, kSwingDamping = 0.2;
 constexpr double kPressS = 1.2, kStrokeS = 1.8, kTapS = 1.0, kReleaseS = 1.2;
-constexpr double kHomeAboveM = 0.020;  // home_of() of a touched scene
 
 struct Offset {
   double depth_m = 0, aside_m = 0;
@@ -112,10 +110,9 @@ std::optional<ExaminedPlace> place_at(const Scene& scene, const Vec3& point, con
 }  // namespace
 
 ExaminedPlace top_of(const Scene& scene) {
-  const bool touch = scene.tool.contact == ContactKind::touch;
   ExaminedPlace place;
   place.into = into_body(scene);
-  place.start = home_of(scene) + (touch ? kHomeAboveM - kGapM : 0.0) * place.into;
+  place.start = start_of(scene);
   return place;
 }
 

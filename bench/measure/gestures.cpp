@@ -11,7 +11,6 @@ namespace palpate {
 namespace {
 
 constexpr double kGesturePressS = 0.3, kGestureTapHz = 3, kTapsS = 1.0, kLandS = 0.2, kGestureStrokeS = 1.0, kStrokeM = 0.020;
-constexpr double kGestureHomeAboveM = 0.020;  // home_of() of a touched scene
 
 /// Depth and sideways offset of the hand's intention [m], over time.
 using Wish = std::function<std::pair<double, double>(double t_s)>;
@@ -45,10 +44,16 @@ std::optional<Gesture> gesture_from_name(std::string_view name) {
 
 Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1); }
 
+Vec3 start_of(const Scene& scene) {
+  constexpr double kHomeAboveM = 0.020;  // home_of() of a touched scene
+  if (scene.tool.contact == ContactKind::attach) return home_of(scene);
+  return home_of(scene) + (kHomeAboveM - kGapM) * into_body(scene);
+}
+
 GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {
   constexpr double kStandS = 0.2;  // time for driven motion to die down before it is judged
   const bool touch = scene.tool.contact == ContactKind::touch;
-  const Vec3 into = into_body(scene), start = home_of(scene) + (touch ? kGestureHomeAboveM - kGapM : 0.0) * into;
+  const Vec3 into = into_body(scene), start = start_of(scene);
   const double end_s =
       gesture == Gesture::tap ? kTapsS + kLandS : kGesturePressS + (gesture == Gesture::stroke ? kGestureStrokeS : 0.0);
   const Wish wish = wish_of(gesture, depth_m + (touch ? kGapM : 0.0));

@@ -18,23 +18,6 @@ constexpr double kAboveM = 0.020, kDeepestM = 0.010, kFarthestM = 0.015;
 constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2, kCircleS = 3, kTapsHz = 3, kGestureRestS = 0.3;
 constexpr int kTapCount = 3;
 
-/// Height of the upper side above a point of the plane z = 0; empty if there is no face.
-std::optional<double> height_above(const LumpedBody& body, double x, double y) {
-  std::optional<double> top;
-  for (const Triangle& t : body.triangles) {
-    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
-    const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-    if (area <= 0) continue;  // seen from below
-    const double u = ((x - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (y - a.y())) / area;
-    const double v = ((b.x() - a.x()) * (y - a.y()) - (x - a.x()) * (b.y() - a.y())) / area;
-    constexpr double kEdge = 1e-9;
-    if (u < -kEdge || v < -kEdge || u + v > 1 + kEdge) continue;
-    const double z = a.z() + u * (b.z() - a.z()) + v * (c.z() - a.z());
-    if (!top || z > *top) top = z;
-  }
-  return top;
-}
-
 /// Centre of the face of the upper side nearest to a point of the plane, without steep faces.
 Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
   constexpr double kSteep = 0.8;  // cosine against the vertical
@@ -148,6 +131,22 @@ class GestureMaker {
 };
 
 }  // namespace
+
+std::optional<double> height_above(const LumpedBody& body, double x, double y) {
+  std::optional<double> top;
+  for (const Triangle& t : body.triangles) {
+    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
+    const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
+    if (area <= 0) continue;  // seen from below
+    const double u = ((x - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (y - a.y())) / area;
+    const double v = ((b.x() - a.x()) * (y - a.y()) - (x - a.x()) * (b.y() - a.y())) / area;
+    constexpr double kEdge = 1e-9;
+    if (u < -kEdge || v < -kEdge || u + v > 1 + kEdge) continue;
+    const double z = a.z() + u * (b.z() - a.z()) + v * (c.z() - a.z());
+    if (!top || z > *top) top = z;
+  }
+  return top;
+}
 
 std::optional<SurfaceGesture> surface_gesture_from_name(std::string_view name) {
   const auto at = std::find(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end(), name);

@@ -1,36 +1,18 @@
 #include "bench/measure/tools_apart.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
-#include "bench/measure/gestures.hpp"
+#include "bench/measure/surface_gesture.hpp"
 #include "common/base/error.hpp"
+#include "common/base/minimum_jerk.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr double kApartAboveM = 0.003, kApartDeepM = 0.008, kSwingM = 0.004;
 constexpr double kApartDownS = 0.4, kStaggerS = 0.1, kStaggerMostS = 0.5;
-
-/// Height of the surface over (x, y), seen from above.
-std::optional<double> top_at(const LumpedBody& body, double x, double y) {
-  std::optional<double> top;
-  for (const Triangle& t : body.triangles) {
-    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
-    Eigen::Matrix2d edges;
-    edges << b.x() - a.x(), c.x() - a.x(), b.y() - a.y(), c.y() - a.y();
-    if (!(std::abs(edges.determinant()) > 1e-12)) continue;
-    const Eigen::Vector2d w = edges.inverse() * Eigen::Vector2d(x - a.x(), y - a.y());
-    constexpr double kOnEdge = 1e-9;
-    if (w.minCoeff() < -kOnEdge || w.sum() > 1 + kOnEdge) continue;
-    const double z = a.z() + w[0] * (b.z() - a.z()) + w[1] * (c.z() - a.z());
-    top = std::max(top.value_or(z), z);
-  }
-  return top;
-}
 
 Eigen::Vector2d place_of(int k, int count, double apart_m) {
   if (count <= 2) return {count == 1 ? 0.0 : (k - 0.5) * apart_m, 0.0};
@@ -47,7 +29,7 @@ std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, d
   std::vector<Motion> motions;
   for (int k = 0; k < count; ++k) {
     const Eigen::Vector2d place = middle.head<2>() + place_of(k, count, apart_m);
-    const auto top = top_at(scene.body, place.x(), place.y());
+    const auto top = height_above(scene.body, place.x(), place.y());
     if (!top)
       throw InputError("tool " + std::to_string(k + 1) + " of " + std::to_string(count), "would be beside the body",
                        "fewer tools, or a smaller distance between them");

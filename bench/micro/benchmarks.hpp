@@ -3,12 +3,10 @@
 
 namespace palpate {
 
-void add_tick_benchmarks();        ///< haptic tick: patch player alone, and whole
-void add_patch_benchmarks();       ///< path of a patch: encode, decode, check, compile, catch up
-void add_body_benchmarks();        ///< forces, tangents and solvers over body size
-void add_frame_benchmarks();       ///< frame of a server: scenes and schemes
-void add_integrator_benchmarks();  ///< error of the felt force against the server's run time, over its step
-void add_trust_benchmarks();       ///< trust channel: seal, open, refuse, answer, handshake
-void add_record_benchmarks();      ///< recording, per second of the session: written at server and client, read
+void add_tick_benchmarks();   ///< haptic tick: patch player alone, and whole
+void add_patch_benchmarks();  ///< path of a patch: encode, decode, check, compile, catch up
+void add_body_benchmarks();   ///< forces, tangents and solvers over body size
+void add_frame_benchmarks();  ///< frame of a server: scenes and schemes
+void add_trust_benchmarks();  ///< trust channel: seal, open, refuse, answer, handshake
 
 }  // namespace palpate

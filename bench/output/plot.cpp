@@ -85,22 +85,6 @@ bool plot_csv(const std::filesystem::path& csv, const std::filesystem::path& svg
 }
 
 bool plot_grid(const std::filesystem::path& svg, const std::string& title, int columns, const std::vector<GridPanel>& panels) {
-  constexpr int kGridPanelHeight = 340;
-  const int rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
-  std::string s = fmt::format("set multiplot layout {},{} title {} font ',15'\n", rows, columns, quoted(title));
-  for (const GridPanel& p : panels) {
-    s += "unset logscale\nunset label\nunset arrow\nset xrange [*:*]\nset yrange [*:*]\nset format '% h'\n";
-    s += "set tmargin 5.5\nset key at graph 0, 1.02 left bottom horizontal reverse Left samplen 1.5 font ',11' maxrows 2\n";
-    s += fmt::format("set title {} offset 0,2 font ',13'\nset xlabel {}\nset ylabel {}\n{}\nplot ", quoted(p.title),
-                     quoted(p.x_label), quoted(p.y_label), p.setup);
-    for (std::size_t k = 0; k < p.curves.size(); ++k) s += (k > 0 ? ", " : "") + curve(p.curves[k], {}, 1);
-    s += "\n";
-  }
-  return plot_script(svg, kWidth, kHeaderHeight + rows * kGridPanelHeight, s + "unset multiplot\n");
-}
-
-bool plot_grid_with_one_legend(const std::filesystem::path& svg, const std::string& title, int columns,
-                               const std::vector<GridPanel>& panels) {
   constexpr int kGridPanelHeight = 300, kEntriesALine = 4, kLegendLine = 20, kTitleHeight = 40, kBelow = 60, kBetween = 110;
   std::vector<const Curve*> entries;  // one per title
   for (const GridPanel& panel : panels)

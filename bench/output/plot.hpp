@@ -44,12 +44,8 @@ struct GridPanel {
   std::string setup = {};  ///< gnuplot commands for this panel only, for example "set logscale x"
 };
 
-/// Draws panels in rows of `columns`, each with its own legend.
+/// Draws panels in rows of `columns` with one legend above all of them: curves with one title have one style in all panels.
 bool plot_grid(const std::filesystem::path& svg, const std::string& title, int columns, const std::vector<GridPanel>& panels);
-
-/// The same, with one legend above all panels: curves with one title have one style in all of them.
-bool plot_grid_with_one_legend(const std::filesystem::path& svg, const std::string& title, int columns,
-                               const std::vector<GridPanel>& panels);
 
 /// Draws a special picture: `body` is gnuplot code, run after the house style is set. Paths and texts must pass through quoted().
 bool plot_script(const std::filesystem::path& svg, int width, int height, const std::string& body);

@@ -29,10 +29,6 @@ std::string progress_line(const std::string& what, double share, double elapsed_
   return share > 0 ? line + ", about " + about(elapsed_s * (1 - share) / share) + " to go" : line;
 }
 
-std::string step_line(std::size_t step, std::size_t count, const std::string& what, double elapsed_s) {
-  return fmt::format("step {} of {}: {}, for {}", step, count, what, about(elapsed_s));
-}
-
 Progress::Progress(std::string what)
     : what_(std::move(what)),
       outermost_(!shows_already.exchange(true)),
@@ -45,34 +41,16 @@ Progress::~Progress() {
   if (outermost_) shows_already = false;
 }
 
-double Progress::elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
-
-void Progress::at(double share) { show(progress_line(what_, share, elapsed_s())); }
-
-void Progress::show(const std::string& line) {
+void Progress::at(double share) {
   if (!outermost_) return;
   const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
   if (now < next_) return;
   next_ = now + (terminal_ ? kTerminalEach : kLogEach);
   shown_ = true;
+  const std::string line = progress_line(what_, share, std::chrono::duration<double>(now - begin_).count());
   fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : program_name() + ": ", line, terminal_ ? "" : "\n");
   std::fflush(stderr);
-}
-
-Steps::Steps(std::size_t count) : count_(count), watcher_([this](const std::stop_token& stop) { watch(stop); }) {}
-
-void Steps::begin(const std::string& what) {
-  const std::lock_guard lock(mutex_);
-  ++step_;
-  what_ = what;
-  begin_s_ = progress_.elapsed_s();
-}
-
-void Steps::watch(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  while (!ended_.wait_for(lock, stop, kTerminalEach, [] { return false; }) && !stop.stop_requested())
-    if (step_ > 0) progress_.show(step_line(step_, count_, what_, progress_.elapsed_s() - begin_s_));
 }
 
 std::function<void(const char*, double)> show_progress() {

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <string_view>
 
-#include "bench/output/routes.hpp"
 #include "common/io/provenance.hpp"
 
 namespace palpate {
@@ -76,8 +75,6 @@ void set_run_record(const std::string& program, const std::string& experiment, c
     else
       flags[name] = value;
   }
-  if (flags.contains("route") && flags["route"].is_string())
-    link["rtt_ms"] = route_from_name(flags["route"].get<std::string>()).rtt_ms;
   if (!link.empty()) run["link"] = link;
   if (!flags.empty()) run["flags"] = flags;
   const MachineName machine = this_machine();

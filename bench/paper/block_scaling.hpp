@@ -8,7 +8,7 @@
 //
 // d is the number of dimensions. In one, w = 1 and s = 1 / m: springs in series, exactly. In two, s falls like 1 / ln m, in three
 // it tends to a constant: the force spreads, and far shells hardly yield (Flamant's half plane, Boussinesq's half space). c_d and
-// a_d are fitted to measured lattices (bench/paper/block_stiffness.hpp, palpate-lab scaling; a test repeats it): the largest
+// a_d are fitted to measured lattices (bench/paper/block_stiffness.hpp; a test repeats it): the largest
 // singular value of the stiffness of a rigid box of one layer of cells around a node in the middle of a free face, with all nodes
 // m elements further out held. The fit is within 2.5 % of the lattices for m up to 16 (two dimensions), 0.2 % for m up to 8
 // (three).

@@ -25,6 +25,12 @@ ComparedScheme compared_scheme(const std::string& name, const std::string& where
   return static_cast<ComparedScheme>(known - kComparedSchemeNames.begin());
 }
 
+std::vector<ComparedScheme> compared_schemes_named(const std::vector<std::string>& names) {
+  std::vector<ComparedScheme> schemes;
+  for (const std::string& name : names) schemes.push_back(compared_scheme(name, "--schemes"));
+  return names.empty() ? compared_schemes() : schemes;
+}
+
 std::optional<Scheme> offered(ComparedScheme scheme) { return scheme_from_name(name_of(scheme)); }
 
 ComparedScheme compared(Scheme scheme) { return compared_scheme(std::string(name_of(scheme))); }

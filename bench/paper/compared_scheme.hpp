@@ -26,6 +26,8 @@ inline std::string_view name_of(ComparedScheme s) { return kComparedSchemeNames[
 std::vector<ComparedScheme> compared_schemes();
 /// Returns the scheme of a name; throws InputError, with the names, for another. `where`: the flag or the file.
 ComparedScheme compared_scheme(const std::string& name, const std::string& where = "--scheme");
+/// Returns the schemes of these names, all if there are none; throws as compared_scheme().
+std::vector<ComparedScheme> compared_schemes_named(const std::vector<std::string>& names);
 /// Returns the scheme of the server; empty for those of the paper alone.
 std::optional<Scheme> offered(ComparedScheme scheme);
 /// Returns the scheme with the name of a server's.

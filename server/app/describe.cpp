@@ -85,7 +85,7 @@ std::vector<FrameCost> costs_of(const Scene& scene, const SurfaceStiffness& home
 
 void add_costs(const Scene& scene, const std::vector<FrameCost>& costs, double rate_hz, std::vector<std::string>& lines) {
   if (costs.empty()) {
-    lines.push_back("a frame    was not measured (palpate-lab load measures it)");
+    lines.push_back("a frame    was not measured (palpate-lab stations measures it)");
     return;
   }
   const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};

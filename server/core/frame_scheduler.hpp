@@ -10,7 +10,7 @@
 // Body time is the server's clock. A frame advances it as far as the tools are known (playout.hpp); it never goes back, and a
 // frame that would advance it by less than kLeastFrame is skipped. A tool whose samples are late is extrapolated for a while and
 // led back to its true path when they come (tool_track.hpp). Its patches are newer this way, which gains a slow hand more
-// accuracy than the extrapolation error costs (`palpate-lab beside`).
+// accuracy than the extrapolation error costs (docs/results/masking.md).
 //
 // A patch is made for the age that it will reach before the next one takes over,
 //

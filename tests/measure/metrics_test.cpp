@@ -3,8 +3,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "bench/output/routes.hpp"
-
 using namespace palpate;
 
 namespace {
@@ -49,11 +47,6 @@ TEST_CASE("A step at a swap may be 0.05 N or 5 % of the force, whichever is larg
   CHECK(steps.p50_n == Approx(0.0501));
   CHECK(steps.p999_n == Approx(0.11));
   CHECK(hand_over_steps({}).share_within == 1);
-}
-
-TEST_CASE("Routes are known by name, and an unknown one is refused with those that there are") {
-  CHECK(route_from_name("bangalore").rtt_ms == 114);
-  CHECK_THROWS_WITH(route_from_name("atlantis"), Catch::Contains("shanghai"));
 }
 
 TEST_CASE("Ticks in which nothing pushes are no contact, and silence has none at all") {

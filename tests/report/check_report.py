@@ -5,7 +5,7 @@ import pathlib
 import subprocess
 import sys
 
-SECTIONS = ["spring1d", "bode", "modes", "chain", "scaling", "haptic", "release", "limits", "couplings"]
+SECTIONS = ["spring1d", "bode", "modes", "chain", "scaling", "haptic", "release", "limits"]
 VERDICTS = {"agrees", "differs", "beyond"}
 
 
@@ -48,7 +48,7 @@ def check_summary(summary):
     for section in summary["sections"]:
         where = section["name"]
         assert section["error"] == "", f"{where}: {section['error']}"
-        assert section["title"] and section["text"] and section["command"].startswith("palpate-lab " + where), where
+        assert section["title"] and section["text"] and section["command"].startswith("palpate-lab paper --only " + where), where
         assert section["findings"] and section["pictures"], f"{where}: nothing found or nothing shown"
         for finding in section["findings"]:
             assert finding["verdict"] in VERDICTS, finding

@@ -30,7 +30,7 @@ SIDES = {  # who may include whom
 ALL_SIDES = set(SIDES) | {"schema"}
 
 OUTSIDE_FOLDERS = {"io", "app", "view", "relay", "openhaptics", "forcedimension", "hardware"}  # may meet the operating system
-OUTSIDE_PLACES = ("bench/lab/", "bench/output/", "bench/felt/", "bench/micro/", "common/command_line/", "tests/")
+OUTSIDE_PLACES = ("bench/lab/", "bench/output/", "bench/report/", "bench/micro/", "common/command_line/", "tests/")
 OUTSIDE_HEADERS = re.compile(
     r"asio|GLFW/|GL/|EGL/|epoxy/|hidapi|spdlog/|thread$|mutex$|shared_mutex$|condition_variable$|iostream$|csignal$|signal\.h$|unistd\.h$|"
     r"pthread\.h$|sched\.h$|poll\.h$|netdb\.h$|fcntl\.h$|ctime$|time\.h$|sys/|netinet/|arpa/|linux/")

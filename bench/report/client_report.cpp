@@ -1,4 +1,4 @@
-#include "bench/felt/client_report.hpp"
+#include "bench/report/client_report.hpp"
 
 #include <fmt/format.h>
 

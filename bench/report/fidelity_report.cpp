@@ -1,4 +1,4 @@
-#include "bench/felt/felt.hpp"
+#include "bench/report/fidelity_report.hpp"
 
 #include <fmt/format.h>
 
@@ -7,14 +7,14 @@
 #include <memory>
 #include <optional>
 
-#include "bench/felt/clean_link.hpp"
-#include "bench/felt/client_report.hpp"
 #include "bench/fidelity/metrics.hpp"
 #include "bench/fidelity/reference.hpp"
 #include "bench/output/fidelity_json.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/output/progress.hpp"
+#include "bench/report/clean_link.hpp"
+#include "bench/report/client_report.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "server/body/unload.hpp"
@@ -23,7 +23,7 @@
 namespace palpate {
 namespace {
 
-struct FeltFlags {
+struct FidelityFlags {
   std::string scene, report, out, felt_name;
   MeshFolders mesh_folders;
   double at_least_db = 0;
@@ -31,7 +31,7 @@ struct FeltFlags {
 };
 
 /// Comparison of one display with the reference.
-struct FeltRow {
+struct FidelityRow {
   std::string name;
   Fidelity fidelity;
   OnsetErrors onset;
@@ -51,40 +51,42 @@ void write_forces(const std::filesystem::path& file, const ClientReport& report,
   write_text(file, csv);
 }
 
-std::vector<FeltRow> rows_of(const ClientReport& report, const ReferenceForce& reference) {
-  std::vector<FeltRow> rows;
+std::vector<FidelityRow> rows_of(const ClientReport& report, const ReferenceForce& reference) {
+  std::vector<FidelityRow> rows;
   for (const ReportedDisplay& display : report.displays)
     rows.push_back(
         {display.name, compare(display.force, reference.force, kSkipTicks), onset_errors(display.contact, reference.contact)});
   return rows;
 }
 
-void print(const std::vector<FeltRow>& rows) {
+void print(const std::vector<FidelityRow>& rows) {
   std::size_t wide = 10;
-  for (const FeltRow& row : rows) wide = std::max(wide, row.name.size());
-  fmt::print("  {:<{}} {:>9} {:>11} {:>11} {:>9} {:>12}\n", "scheme", wide, "SNR [dB]", "error [%]", "p95 [%]", "lag [ms]",
-             "onset [ms]");
-  for (const FeltRow& row : rows)
-    fmt::print("  {:<{}} {:>9.1f} {:>11.1f} {:>11.1f} {:>9} {:>12}\n", row.name, wide, row.fidelity.snr_db,
+  for (const FidelityRow& row : rows) wide = std::max(wide, row.name.size());
+  fmt::print("  {:<{}} {:>9} {:>14} {:>14} {:>9} {:>17}\n", "display", wide, "SNR [dB]", "rms error [%]", "p95 error [%]",
+             "lag [ms]", "worst onset [ms]");
+  for (const FidelityRow& row : rows)
+    fmt::print("  {:<{}} {:>9.1f} {:>14.1f} {:>14.1f} {:>9} {:>17}\n", row.name, wide, row.fidelity.snr_db,
                100 * row.fidelity.rel_rms, 100 * row.fidelity.p95_rel_error, row.fidelity.lag_ms,
                row.onset.missed > 0 ? "missed" : fmt::format("{:+}", row.onset.worst_ms));
   fmt::print(
-      "\n  SNR: 20 dB is an error of a tenth, about what a hand can just notice. error: rms of the difference over rms of the "
-      "force.\n"
-      "  p95: in 95 % of the ticks under load the error is smaller. onset: worst time between the true contact and the displayed "
-      "one.\n\n");
+      "\n  An SNR of 20 dB is an error of a tenth, about what a hand can just notice. The rms error is relative to the rms of "
+      "the force. "
+      "In\n  95 % of the ticks under load the error is smaller than the p95 error. The onset is the time from the true contact "
+      "to the "
+      "displayed\n  one.\n\n");
 }
 
 void print(const CleanLink& clean, double felt_db) {
   fmt::print(
-      "  Over {:g} ms without jitter and loss, from a server that takes no time, the same path is felt with {:.1f} dB\n"
-      "  ({}, in virtual time): what jitter, loss and real time took is {:.1f} dB.\n\n",
+      "  Over {:g} ms without jitter and loss, from a server that takes no time, the same path has {:.1f} dB ({}, in virtual "
+      "time).\n"
+      "  Jitter, loss and real time cost {:.1f} dB.\n\n",
       clean.rtt_ms, clean.fidelity.snr_db, clean.scheme, clean.fidelity.snr_db - felt_db);
 }
 
-Json to_json(const std::vector<FeltRow>& rows, const std::optional<CleanLink>& clean) {
+Json to_json(const std::vector<FidelityRow>& rows, const std::optional<CleanLink>& clean) {
   Json json;
-  for (const FeltRow& row : rows) {
+  for (const FidelityRow& row : rows) {
     json[row.name] = fidelity_json(row.fidelity);
     json[row.name].update(
         {{"onset_error_ms", row.onset.worst_ms}, {"onsets", row.onset.onsets}, {"onsets_missed", row.onset.missed}});
@@ -104,15 +106,15 @@ void plot(const std::filesystem::path& out, const Scene& scene, const ClientRepo
     panels[0].curves.push_back({fmt::format("1:{}", 5 + 3 * d + 2), report.displays[d].name, style});
     panels[1].curves.push_back({fmt::format("1:{}", 5 + 3 * d), report.displays[d].name, style});
   }
-  if (plot_csv(out / "felt.csv", out / "felt.svg", fmt::format("{}: what the hand felt", scene.name), "time [s]", panels,
+  if (plot_csv(out / "fidelity.csv", out / "fidelity.svg", fmt::format("{}: what the hand felt", scene.name), "time [s]", panels,
                {.rows = report.positions.size()}))
-    fmt::print("  plot      {}\n", (out / "felt.svg").string());
+    fmt::print("  plot      {}\n", (out / "fidelity.svg").string());
 }
 
 /// Returns 1, with a message, if the felt force is not better than hold by the required margin.
-int judge(const std::vector<FeltRow>& rows, double at_least_db) {
-  const FeltRow& felt = rows.front();
-  for (const FeltRow& row : rows) {
+int judge(const std::vector<FidelityRow>& rows, double at_least_db) {
+  const FidelityRow& felt = rows.front();
+  for (const FidelityRow& row : rows) {
     const double better_db = felt.fidelity.snr_db - row.fidelity.snr_db;
     if (row.name != "hold" || better_db >= at_least_db) continue;
     fmt::print(stderr, "{}: {} is {:.1f} dB better than hold; expected at least {:g} dB\n", program_name(), felt.name, better_db,
@@ -123,7 +125,7 @@ int judge(const std::vector<FeltRow>& rows, double at_least_db) {
 }
 
 /// Refuses a report of another body.
-void check_scene(const FeltFlags& flags, const Scene& scene, const ClientReport& report) {
+void check_scene(const FidelityFlags& flags, const Scene& scene, const ClientReport& report) {
   const std::string mesh = fmt::format("{:016x}", facts_of(scene, home_of(scene)).mesh_hash);
   const bool same_name = report.scene.empty() || report.scene == scene.name,
              same_mesh = report.mesh.empty() || report.mesh == mesh;
@@ -135,7 +137,7 @@ void check_scene(const FeltFlags& flags, const Scene& scene, const ClientReport&
                    "the scene that the server had then");
 }
 
-int run_felt(const FeltFlags& flags) {
+int run_fidelity(const FidelityFlags& flags) {
   if (std::isnan(flags.at_least_db)) throw InputError("--at-least-db", "is nan", "a number of decibels");
   const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   const ClientReport report = read_client_report(flags.report, flags.felt_name);
@@ -147,11 +149,11 @@ int run_felt(const FeltFlags& flags) {
   const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, [&](double share) {
                                      progress("the full model at 1 kHz", share);
                                    }).front();
-  write_forces(out / "felt.csv", report, reference);
-  const std::vector<FeltRow> rows = rows_of(report, reference);
+  write_forces(out / "fidelity.csv", report, reference);
+  const std::vector<FidelityRow> rows = rows_of(report, reference);
   if (rows.front().fidelity.contact_ticks == 0) {
-    write_json(out / "felt.json", {{"contact_ticks", 0}});
-    fmt::print(stderr, "{}: {}; see {}\n", program_name(), no_contact(scene, report.positions), (out / "felt.csv").string());
+    write_json(out / "fidelity.json", {{"contact_ticks", 0}});
+    fmt::print(stderr, "{}: {}; see {}\n", program_name(), no_contact(scene, report.positions), (out / "fidelity.csv").string());
     return 1;
   }
   fmt::print("\nForce felt, against the full model at 1 kHz on the same tool path ({:.0f} s, {} nodes):\n\n",
@@ -162,34 +164,33 @@ int run_felt(const FeltFlags& flags) {
     clean = clean_run->result(reference);
     print(*clean, rows.front().fidelity.snr_db);
   }
-  write_json(out / "felt.json", to_json(rows, clean));
+  write_json(out / "fidelity.json", to_json(rows, clean));
   plot(out, scene, report);
-  fmt::print("  figures   {}\n", (out / "felt.json").string());
+  fmt::print("  figures   {}\n", (out / "fidelity.json").string());
   return judge(rows, flags.at_least_db);
 }
 
 }  // namespace
 
-void add_felt_flags(CLI::App& command, Run& run) {
-  auto flags = std::make_shared<FeltFlags>();
+void add_fidelity_flags(CLI::App& command, Run& run) {
+  auto flags = std::make_shared<FidelityFlags>();
   command.add_option("--scene", flags->scene, "scene file of the run")->required()->type_name("FILE");
   add_mesh_folders(command, flags->mesh_folders);
   command.add_option("--report", flags->report, "folder that palpate-client --report wrote")->required()->type_name("DIR");
-  command.add_option("--name", flags->felt_name, "of what was felt, in the table; default: the scheme that the report names")
+  command
+      .add_option("--name", flags->felt_name, "name of the felt force in the table; default: the scheme that the report names")
       ->type_name("NAME");
   command
       .add_option("--at-least-db", flags->at_least_db,
-                  "fail unless what was felt is this much better than hold, where hold was compared")
+                  "fail unless the felt force is better than hold by this much; applies where hold was compared")
       ->type_name("N");
   command
-      .add_option(
-          "--clean-rtt-ms", flags->clean_rtt_ms,
-          "also say how the same path is felt over a link of this round trip that has neither jitter nor loss, in virtual "
-          "time; default: do not")
+      .add_option("--clean-rtt-ms", flags->clean_rtt_ms,
+                  "also replay the same path in virtual time over a link of this round trip without jitter and loss")
       ->type_name("N")
       ->check(number_from(0, 10'000));
-  command.add_option("--out", flags->out, "folder for felt.csv, felt.json, felt.svg")->required()->type_name("DIR");
-  command.callback([flags, &run] { run = [flags] { return run_felt(*flags); }; });
+  command.add_option("--out", flags->out, "folder for fidelity.csv, fidelity.json, fidelity.svg")->required()->type_name("DIR");
+  command.callback([flags, &run] { run = [flags] { return run_fidelity(*flags); }; });
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "bench/felt/clean_link.hpp"
+#include "bench/report/clean_link.hpp"
 
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"

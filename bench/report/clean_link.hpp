@@ -4,8 +4,8 @@
 #include <future>
 #include <string>
 
-#include "bench/felt/client_report.hpp"
 #include "bench/fidelity/replay.hpp"
+#include "bench/report/client_report.hpp"
 
 namespace palpate {
 
