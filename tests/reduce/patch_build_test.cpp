@@ -348,13 +348,3 @@ TEST_CASE("No mode of a touch patch is softer than it is told, however the body 
     CHECK(check(built->patch) == PatchFault::none);
   }
 }
-
-TEST_CASE("A grasp's directions start from the responses of the frame before") {
-  constexpr int kTooLargeToFactorise = 11;
-  BuilderBench bench(box_body(kTooLargeToFactorise, kTooLargeToFactorise, kTooLargeToFactorise), ContactKind::attach, 1e-5, 1e-4);
-  bench.attach(static_cast<std::uint32_t>(2 + kTooLargeToFactorise * (2 + kTooLargeToFactorise * (kTooLargeToFactorise - 1))));
-  const BuiltPatch cold = bench.built(Scheme::port), warm = bench.built(Scheme::port);
-  CAPTURE(cold.solver_iterations);
-  CHECK(warm.solver_iterations < cold.solver_iterations / 2);
-  CHECK((cold.patch.stiffness - warm.patch.stiffness).norm() < 0.05 * cold.patch.stiffness.norm());
-}
