@@ -42,7 +42,7 @@ double elastic_energy(const SolidMaterial& m, double volume_m3, const Mat3& grad
 }
 
 double elastic_energy(const Specimen& specimen, const Tetrahedron& t, std::uint32_t which, const Vector& q) {
-  const TetraRest& rest = specimen.dynamics().tetrahedra().rest(which);
+  const TetraShape& rest = specimen.dynamics().tetrahedra().shape(which);
   Mat3 gradient = Mat3::Zero();
   for (std::size_t n = 0; n < 4; ++n) gradient += at(q, t.nodes[n]) * rest.b.col(static_cast<Eigen::Index>(n)).transpose();
   return elastic_energy(specimen.body().materials[t.material], rest.volume_m3, gradient);
@@ -51,8 +51,8 @@ double elastic_energy(const Specimen& specimen, const Tetrahedron& t, std::uint3
 double elastic_energy(const Specimen& specimen, const Hexahedron& h, std::uint32_t which, const Vector& q) {
   const HexaShape& shape = specimen.dynamics().hexahedra().shape(which);
   const Mat37 gradient = specimen.dynamics().hexahedra().gradient(which, q);
-  return elastic_energy(specimen.body().materials[h.material], shape.rest.volume_m3, gradient.leftCols<3>()) +
-         0.5 * shape.modes.k.dot(gradient.rightCols<4>().colwise().squaredNorm().transpose());
+  return elastic_energy(specimen.body().materials[h.material], shape.volume_m3, gradient.leftCols<3>()) +
+         0.5 * Eigen::Map<const Eigen::Vector4d>(shape.k.data()).dot(gradient.rightCols<4>().colwise().squaredNorm());
 }
 
 /// Energy by node, normalised to sum 1.
