@@ -3,7 +3,7 @@
 //
 // Per spring: forces 40 operations (including a square root and a division), and 32 bytes of element in addition to the nodes'
 // numbers, which stay in the second-level cache; assemble 70 operations and four 3x3 blocks read and written (576 bytes).
-// Per tetrahedron (neo-Hookean, viscous; tetra_lanes.cpp): forces 445 operations, assemble 1780 and sixteen 3x3 blocks.
+// Per tetrahedron (neo-Hookean, viscous; element_loops.cpp): forces 445 operations, assemble 1780 and sixteen 3x3 blocks.
 // step: the integrator's matrix at 10 ms steps, A = M + a D + a^2 K, a = 2.93 ms, to 1e-2; shift: the reduction's, P = s^2 M + s
 // D + K, s = 13 / s, to 1e-3. CG starts from zero; factorise is Eigen's sparse L D L^T.
 #include <cmath>

@@ -1,4 +1,4 @@
-// The laws of solids in terms of principal stretches l_i, independent of the kernels (server/body/tetra_kernel.hpp), as the basis
+// The laws of solids in terms of principal stretches l_i, independent of the kernels (common/mechanics/laws.hpp), as the basis
 // of closed forms. For an isotropic law of energy density Psi(l_1, l_2, l_3) [J/m^3] and F = U diag(l) V^T
 //
 //     P = U diag(dPsi/dl_i) V^T     first Piola-Kirchhoff stress [Pa]

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "server/body/fused.hpp"
+#include "server/elements/fused.hpp"
 
 namespace palpate {
 namespace {

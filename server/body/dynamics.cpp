@@ -63,8 +63,8 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   pack_columns(y, 0, in);
   pack_columns(k_y, 0, k);
   pack_columns(d_y, 0, d);
-  tetrahedra_.add_products(tetrahedra_.tangents(state), in, k, d);
-  hexahedra_.add_products(hexahedra_.tangents(state), in, k, d);
+  tetrahedra_.add_products(tetrahedra_.tangents(state), in, 1, 1, k, d);
+  hexahedra_.add_products(hexahedra_.tangents(state), in, 1, 1, k, d);
   relaxation_.add_products(state.history.get(), in, 1, k);
   unpack_columns(k, 0, k_y);
   unpack_columns(d, 0, d_y);

@@ -10,10 +10,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/body/hexahedra.hpp"
+#include "server/body/elements.hpp"
 #include "server/body/relaxation.hpp"
 #include "server/body/springs.hpp"
-#include "server/body/tetrahedra.hpp"
 
 namespace palpate {
 
@@ -45,7 +44,7 @@ class Dynamics {
 
   /// Returns an empty matrix on the body's pattern.
   BlockMatrix make_matrix() const;
-  /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see SpringKernel and TetraTangent for `clamp`. Rows and
+  /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see SpringKernel and ElementLoops for `clamp`. Rows and
   /// columns of held nodes become those of the identity.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;

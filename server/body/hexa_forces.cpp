@@ -8,12 +8,11 @@
 #include <optional>
 
 #include "common/base/sort_stably.hpp"
-#include "server/body/hexa_lanes.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLanes = HexaCells::kLanes;
+constexpr std::size_t kCells = HexaCells::kLanes;
 using Corners = std::array<std::uint32_t, 8>;
 
 std::uint32_t first_node(const Corners& nodes) { return *std::min_element(nodes.begin(), nodes.end()); }
@@ -25,11 +24,13 @@ double box_sign(std::size_t corner, std::size_t column) {
 }
 
 /// Returns the factors of the corner signs in g, column by column; none if the element is not a box.
-std::optional<std::array<float, 7>> box_factors(const Mat78& g) {
+std::optional<std::array<float, 7>> box_factors(const HexaShape& shape) {
   constexpr double kAlike = 1e-7;
   std::array<float, 7> times;
   for (std::size_t m = 0; m < 7; ++m) {
-    const auto row = g.row(static_cast<Eigen::Index>(m));
+    const auto column = static_cast<Eigen::Index>(m);
+    const Eigen::Matrix<double, 1, 8> row =
+        m < 3 ? Eigen::Matrix<double, 1, 8>(shape.b.row(column)) : shape.gamma.row(column - 3);
     const double factor = row[7];
     for (std::size_t i = 0; i < 8; ++i)
       if (!(std::abs(row[static_cast<Eigen::Index>(i)] - box_sign(i, m) * factor) <= kAlike * std::abs(factor))) return {};
@@ -51,23 +52,8 @@ bool in_pairs(const Corners& nodes) {
 }
 
 /// Returns the largest eigenvalue of dP/dF.
-double stiffest_at(const TetraMaterial& material, const Mat3& f) {
-  const TetraTangent tangent(material, f, false);
-  Eigen::Matrix<double, 9, 9> a;
-  for (int k = 0; k < 9; ++k) {
-    Mat3 unit = Mat3::Zero();
-    unit(k) = 1;
-    a.col(k) = tangent.apply(unit).reshaped();
-  }
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(a, Eigen::EigenvaluesOnly).eigenvalues()[8];
-}
-
-/// Returns an empty group for cells of one material, which are added one by one.
-HexaCells begin_cells(const HexaShape& shape) {
-  HexaCells cells;
-  cells.material = shape.material;
-  cells.damping_s = static_cast<float>(shape.modes.damping_s);
-  return cells;
+double stiffest_at(const ElementMaterial& material, const Mat3& f) {
+  return Eigen::SelfAdjointEigenSolver<Mat9>(elastic_tangent(material, f, false), Eigen::EigenvaluesOnly).eigenvalues()[8];
 }
 
 void add_cell(const Corners& nodes, HexaCells& cells) {
@@ -79,7 +65,7 @@ void add_cell(const Corners& nodes, HexaCells& cells) {
 
 std::vector<HexaCells::Lanes> own_numbers(std::span<const HexaShape* const> shapes) {
   std::vector<HexaCells::Lanes> own;
-  for (const EightNumbers& numbers : numbers_of(shapes))
+  for (const EightNumbers& numbers : ShapeNumbers<HexaShape>::of(shapes))
     std::copy(std::begin(numbers.of), std::end(numbers.of), std::begin(own.emplace_back().of));
   return own;
 }
@@ -95,9 +81,9 @@ class Packer {
     constexpr std::size_t kWorthARow = 4;
     std::vector<std::uint32_t> boxes, others;
     for (std::size_t k = 0; k < cells.size();) {
-      const auto factors = box_factors(shape(cells[k]).rest.g);
+      const auto factors = box_factors(shape(cells[k]));
       std::size_t end = k + 1;
-      while (factors && end < cells.size() && end - k < kLanes && &shape(cells[end]) == &shape(cells[k]) &&
+      while (factors && end < cells.size() && end - k < kCells && &shape(cells[end]) == &shape(cells[k]) &&
              follows(nodes(cells[end - 1]), nodes(cells[end])))
         ++end;
       if (factors && end - k >= kWorthARow && in_pairs(nodes(cells[k])))
@@ -107,7 +93,7 @@ class Packer {
       k = end;
     }
     pack_alike(boxes, [&](std::uint32_t cell) { return reinterpret_cast<std::uintptr_t>(&shape(cell)); });
-    pack_alike(others, [&](std::uint32_t cell) { return std::uintptr_t{shape(cell).material}; });
+    pack_alike(others, [&](std::uint32_t cell) { return std::uintptr_t{body_->hexahedra[cell].material}; });
   }
 
  private:
@@ -119,21 +105,22 @@ class Packer {
     sort_stably(cells.begin(), cells.end(), [&](auto p, auto q) { return key(p) < key(q); });
     for (std::size_t k = 0; k < cells.size();) {
       std::size_t end = k + 1;
-      while (end < cells.size() && end - k < kLanes && key(cells[end]) == key(cells[k])) ++end;
+      while (end < cells.size() && end - k < kCells && key(cells[end]) == key(cells[k])) ++end;
       put(std::span(cells).subspan(k, end - k), false);
       k = end;
     }
   }
 
   void put(std::span<const std::uint32_t> of, bool in_a_row) {
-    HexaCells cells = begin_cells(shape(of.front()));
+    HexaCells cells;
+    cells.material = body_->hexahedra[of.front()].material;
     cells.in_a_row = in_a_row;
     for (const std::uint32_t cell : of) add_cell(nodes(cell), cells);
     const HexaShape& one = shape(of.front());
-    if (const auto factors = box_factors(one.rest.g)) {
+    if (const auto factors = box_factors(one)) {
       std::copy(factors->begin(), factors->end(), cells.times);
-      cells.volume_m3 = static_cast<float>(one.rest.volume_m3);
-      for (int a = 0; a < kModesOfHexa; ++a) cells.k[a] = static_cast<float>(one.modes.k[a]);
+      cells.volume_m3 = static_cast<float>(one.volume_m3);
+      for (std::size_t a = 0; a < kModesOfHexa; ++a) cells.k[a] = static_cast<float>(one.k[a]);
     } else {
       std::vector<const HexaShape*> shapes;
       for (const std::uint32_t cell : of) shapes.push_back(&shape(cell));
@@ -169,7 +156,7 @@ HexaForces::HexaForces(const Dynamics& dynamics) : count_(dynamics.body().hexahe
   for (const Hexahedron& h : body.hexahedra) reach = std::max(reach, last_node(h.nodes) - first_node(h.nodes));
   const auto nodes = static_cast<std::uint32_t>(body.nodes.size());
   // A row also reads and writes the nodes behind it.
-  const std::uint32_t slabs = std::clamp(nodes / (reach + static_cast<std::uint32_t>(kLanes) + 1), 1U, kMostSlabs);
+  const std::uint32_t slabs = std::clamp(nodes / (reach + static_cast<std::uint32_t>(kCells) + 1), 1U, kMostSlabs);
   auto next = order.begin();
   for (std::uint32_t k = 0; k < slabs; ++k) {
     const std::uint64_t end = (std::uint64_t{k} + 1) * nodes / slabs;
@@ -200,15 +187,15 @@ double HexaForces::evaluation_s() const {
   for (const bool odd : {false, true})
     for (const Slab& slab : odd ? odd_ : even_)
       for (const HexaCells& cells : slab) {
-        const TetraMaterial& m = materials_[cells.material];
-        ns += kLanes * (kNs + law_ns(m.law) + (cells.own.empty() ? 0 : kOwnShapeNs) + (m.is_viscous() ? kViscousNs : 0) +
-                        (m.fibre_k != 0 ? kFibresNs : 0));
+        const ElementMaterial& m = materials_[cells.material];
+        ns += kCells * (kNs + law_ns(m.kind) + (cells.own.empty() ? 0 : kOwnShapeNs) + (m.is_viscous() ? kViscousNs : 0) +
+                        (m.has_fibres ? kFibresNs : 0));
       }
   return 1e-9 * ns;
 }
 
 void HexaForces::add_forces(bool odd, std::size_t slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const {
-  hexa_force_loops().back().add_forces(materials_, (odd ? odd_ : even_)[slab], u, v, f);
+  hexa_force_loops().back().run(materials_, (odd ? odd_ : even_)[slab], u, v, f);
 }
 
 Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const {
@@ -227,7 +214,8 @@ Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const Nod
     for (std::size_t i = 0; i < 8; ++i)
       for (std::size_t m = 0; m < 3; ++m)
         f.col(static_cast<Eigen::Index>(m)) +=
-            static_cast<double>(cells.own[hexa_gradient_at(i, m)].of[lane]) * displaced.col(static_cast<Eigen::Index>(i));
+            static_cast<double>(cells.own[ShapeNumbers<HexaShape>::gradient_at(i, m)].of[lane]) *
+            displaced.col(static_cast<Eigen::Index>(i));
   }
   return f;
 }
@@ -246,7 +234,7 @@ HexaForces::Growth HexaForces::growth(const NodeArrays& u) const {
   for (const bool odd : {false, true})
     for (const Slab& slab : odd ? odd_ : even_) {
       strains.resize(slab.size());
-      hexa_force_loops().back().strains(slab, u, strains);
+      find_strains(slab, u, strains);
       for (std::size_t k = 0; k < slab.size(); ++k)
         for (std::size_t lane = 0; lane < slab[k].used; ++lane) {
           square = std::max(square, strains[k].square.of[lane]);

@@ -1,10 +1,9 @@
-// All hexahedra of a body in single precision, eight side by side: the forces of hexa_kernel.hpp for explicit integrators, at
+// All hexahedra of a body in single precision, eight side by side: the forces of element_shape.hpp for explicit integrators, at
 // displacements u [m] and velocities v [m/s].
 //
 //     (F - 1, q) = sum u_i g_i^T,   (F', q') = sum v_i g_i^T      single precision
-//     P_elastic(F)                                                neo-Hookean: in single precision, a function of F - 1 without
-//                                                                 cancellation; other laws, and fibres: in double precision,
-//                                                                 as their terms nearly cancel
+//     P_elastic(F)                                                in single precision if the law has no terms that nearly cancel
+//                                                                 (Elasticity::is_single_precision()), else in double
 //     f_i -= (V P + stress of the modes) g_i                      single precision
 //
 // For a box the g_i are the signs of a corner times one number per column, and all sums over its corners are one Walsh-Hadamard
@@ -22,6 +21,7 @@
 
 #include "server/body/dynamics.hpp"
 #include "server/body/spring_blocks.hpp"
+#include "server/elements/lane_variants.hpp"
 
 namespace palpate {
 
@@ -39,8 +39,7 @@ struct HexaCells {
   bool in_a_row = false;  ///< node i of lane l is nodes[i][0] + l, the one before that of i + 1 for even i
   /// For boxes of one shape: V, k_a, and the factor of the signs in g, column by column.
   float volume_m3 = 0, k[kModesOfHexa] = {}, times[7] = {};
-  std::vector<Lanes> own;  ///< for other shapes: numbers_of() of hexa_lanes.hpp; empty for boxes
-  float damping_s = 0;
+  std::vector<Lanes> own;  ///< for other shapes: ShapeNumbers (element_loops.hpp); empty for boxes
 };
 
 /// For eight cells: the strain |F F^T - 1|, and the largest sum of a row of |F F^T|, a bound of its eigenvalues.
@@ -48,16 +47,12 @@ struct HexaStrains {
   HexaCells::Lanes strain, square;
 };
 
-struct HexaForceLoops {
-  std::size_t width;  ///< doubles per vector
-  /// f += forces of the cells.
-  void (*add_forces)(std::span<const TetraMaterial> materials, std::span<const HexaCells> cells, const NodeArrays& u,
-                     const NodeArrays& v, NodeArrays& f);
-  /// Computes the strains of each of the cells.
-  void (*strains)(std::span<const HexaCells> cells, const NodeArrays& u, std::span<HexaStrains> strains);
-};
-/// Returns the variants that this processor can run, the widest last.
-std::span<const HexaForceLoops> hexa_force_loops();
+/// Returns the variants of f += forces of the cells that this processor can run, the widest last.
+std::span<const Variant<std::span<const ElementMaterial>, std::span<const HexaCells>, const NodeArrays&, const NodeArrays&,
+                        NodeArrays&>>
+hexa_force_loops();
+/// Computes the strains of each of the cells.
+void find_strains(std::span<const HexaCells> cells, const NodeArrays& u, std::span<HexaStrains> strains);
 
 class HexaForces {
  public:
@@ -74,7 +69,7 @@ class HexaForces {
   /// f += forces of a slab's cells.
   void add_forces(bool odd, std::size_t slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const;
 
-  std::span<const TetraMaterial> materials() const { return materials_; }
+  std::span<const ElementMaterial> materials() const { return materials_; }
   std::span<const HexaCells> cells(bool odd, std::size_t slab) const { return (odd ? odd_ : even_)[slab]; }
 
   /// Growth of the largest eigenvalues of K and D since the body was at rest, at least 1, estimated from the most strained
@@ -87,7 +82,7 @@ class HexaForces {
  private:
   using Slab = std::vector<HexaCells>;
   Mat3 deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const;
-  std::vector<TetraMaterial> materials_;
+  std::vector<ElementMaterial> materials_;
   std::vector<double> stiffest_at_rest_;  // per material: the largest eigenvalue of dP/dF at rest
   std::vector<Slab> even_, odd_;
   std::size_t count_ = 0;

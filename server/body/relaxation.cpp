@@ -9,12 +9,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kOfTetra = 6, kOfHexa = 6 + 3 * kModesOfHexa;  // numbers per stress
-using Stress = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kOfHexa, 1>;
-
-void put_symmetric(const Mat3& s, Stress& to) {
-  to.head<6>() << s(0, 0), s(1, 1), s(2, 2), 0.5 * (s(0, 1) + s(1, 0)), 0.5 * (s(1, 2) + s(2, 1)), 0.5 * (s(2, 0) + s(0, 2));
-}
+constexpr int kSymmetric = 6;  // numbers of Z; three for each hourglass mode follow
+/// Numbers per stress of elements of this kind.
+template <class Shape>
+constexpr int kNumbers = kSymmetric + 3 * Shape::kModes;
+template <class Shape>
+using PulledBack = Eigen::Matrix<double, kNumbers<Shape>, 1>;
 
 template <class Numbers>
 Mat3 symmetric_of(const Numbers& s) {
@@ -29,12 +29,34 @@ Mat3 back(const Mat3& f) {
   return g.transpose() / std::max(f.col(0).dot(g.col(0)), Relaxation::kLeastVolume);
 }
 
-/// Calls a function for each pair of n nodes, row by row.
-template <class Of>
-void for_pairs(int n, const Of& of) {
-  std::size_t k = 0;
-  for (int i = 0; i < n; ++i)
-    for (int j = i + 1; j < n; ++j) of(k++, i, j);
+/// Returns the stress (P, p) at (F, q), pulled back.
+template <class Shape>
+PulledBack<Shape> pulled_back(const typename Shape::Gradient& at, const typename Shape::Gradient& stress) {
+  PulledBack<Shape> numbers;
+  const Mat3 f_back = back(at.template leftCols<3>());
+  Mat3 s = f_back * stress.template leftCols<3>();
+  if constexpr (Shape::kModes > 0) {
+    const Eigen::Matrix<double, 3, Shape::kModes> of_modes = f_back * stress.template rightCols<Shape::kModes>();
+    s -= f_back * at.template rightCols<Shape::kModes>() * of_modes.transpose();
+    numbers.template tail<3 * Shape::kModes>() = of_modes.reshaped();
+  }
+  s = 0.5 * (s + s.transpose()).eval();
+  numbers.template head<kSymmetric>() << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0);
+  return numbers;
+}
+
+/// Adds the force densities of a stress to q, those of its pairs of nodes i < j row by row.
+template <class Shape>
+void add_densities_of(const Shape& shape, const PulledBack<Shape>& stress, const std::uint32_t* pair, Vector& q) {
+  Eigen::Matrix<double, 3, Shape::kNodes> z_g = symmetric_of(stress) * shape.b;
+  Eigen::Matrix<double, Shape::kNodes, Shape::kNodes> density = shape.b.transpose() * z_g;
+  if constexpr (Shape::kModes > 0) {
+    z_g = stress.template tail<3 * Shape::kModes>().reshaped(3, Shape::kModes) * shape.gamma;
+    const Eigen::Matrix<double, Shape::kNodes, Shape::kNodes> of_modes = shape.b.transpose() * z_g;
+    density += of_modes + of_modes.transpose();
+  }
+  for (int i = 0; i < Shape::kNodes; ++i)
+    for (int j = i + 1; j < Shape::kNodes; ++j) q[*pair++] += density(i, j);
 }
 
 }  // namespace
@@ -64,14 +86,13 @@ Relaxation::Relaxation(const LumpedBody& body, const Tetrahedra& tetrahedra, con
   incident_.resize(2 * pairs_.size());
   auto next = first_;
   for (std::uint32_t k = 0; k < pairs_.size(); ++k) incident_[next[pairs_[k].a]++] = incident_[next[pairs_[k].b]++] = k;
-  const auto take = [&](const auto& nodes) {
-    for_pairs(static_cast<int>(nodes.size()), [&](std::size_t, int i, int j) {
-      pair_of_.push_back(of_entry[pattern.find(nodes[static_cast<std::size_t>(i)], nodes[static_cast<std::size_t>(j)])]);
-    });
+  const auto add_pairs = [&](const auto& nodes) {
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (std::size_t j = i + 1; j < nodes.size(); ++j) pair_of_.push_back(of_entry[pattern.find(nodes[i], nodes[j])]);
   };
   for (const Tetrahedron& t : body.tetrahedra)
-    if (!t.is_triangle()) take(t.nodes);
-  for (const Hexahedron& h : body.hexahedra) take(h.nodes);
+    if (!t.is_triangle()) add_pairs(t.nodes);
+  for (const Hexahedron& h : body.hexahedra) add_pairs(h.nodes);
 }
 
 double Relaxation::left() const {
@@ -87,47 +108,40 @@ std::uint32_t Relaxation::elements() const {
                                     body_->tetrahedra.begin());
 }
 
-int Relaxation::numbers() const { return hexahedra_->empty() ? kOfTetra : kOfHexa; }
+int Relaxation::numbers() const { return hexahedra_->empty() ? kNumbers<TetraShape> : kNumbers<HexaShape>; }
+
+template <class Shape>
+void Relaxation::find_elastic(const Elements<Shape>& elements, const Vector& x, Matrix& all) {
+  for (Eigen::Index e = 0; e < all.cols(); ++e) {
+    const auto element = static_cast<std::uint32_t>(e);
+    const typename Shape::Gradient at = elements.gradient(element, x);
+    all.col(e) = pulled_back<Shape>(at, elements.elastic_stress(element, at));
+  }
+}
 
 Matrix Relaxation::elastic(const Vector& x) const {
-  const bool hexa = !hexahedra_->empty();
   Matrix all(numbers(), elements());
-  Stress s(all.rows());
-  for (std::uint32_t e = 0; e < elements(); ++e) {
-    if (hexa) {
-      const Mat37 at = hexahedra_->gradient(e, x);
-      const HexaShape& shape = hexahedra_->shape(e);
-      const Mat37 p = elastic_stress(hexahedra_->material(e), shape.modes, shape.rest, at);
-      const Mat3 f_back = back(at.leftCols<3>());
-      const Mat34 of_modes = f_back * p.rightCols<4>();
-      put_symmetric(f_back * (p.leftCols<3>() - at.rightCols<4>() * of_modes.transpose()), s);
-      s.tail<12>() = of_modes.reshaped();
-    } else {
-      const Mat3 f = tetrahedra_->gradient(e, x);
-      put_symmetric(tetrahedra_->rest(e).volume_m3 * back(f) * elastic_stress(tetrahedra_->material(e), f), s);
-    }
-    all.col(e) = s;
-  }
+  if (hexahedra_->empty())
+    find_elastic(*tetrahedra_, x, all);
+  else
+    find_elastic(*hexahedra_, x, all);
   return all;
 }
 
-void Relaxation::add_densities(const Matrix& stress, double share, Vector& q) const {
-  const std::uint32_t* pair = pair_of_.data();
-  for (std::uint32_t e = 0; e < elements(); ++e) {
-    const Mat3 z = share * symmetric_of(stress.col(e));
-    if (hexahedra_->empty()) {
-      const Mat34& b = tetrahedra_->rest(e).b;
-      const Mat34 z_b = z * b;
-      for_pairs(4, [&](std::size_t, int i, int j) { q[*pair++] += b.col(i).dot(z_b.col(j)); });
-    } else {
-      const Mat78& g = hexahedra_->shape(e).rest.g;
-      const Mat34 of_modes = share * stress.col(e).tail<12>().reshaped(3, 4);
-      Mat78 z_g;
-      z_g.topRows<3>() = z * g.topRows<3>() + of_modes * g.bottomRows<4>();
-      z_g.bottomRows<4>() = of_modes.transpose() * g.topRows<3>();
-      for_pairs(8, [&](std::size_t, int i, int j) { q[*pair++] += g.col(i).dot(z_g.col(j)); });
-    }
+template <class Shape>
+void Relaxation::add_densities(const Elements<Shape>& elements, const Matrix& stress, double share, Vector& q) const {
+  constexpr std::size_t kPairs = std::size_t{Shape::kNodes} * (Shape::kNodes - 1) / 2;
+  for (Eigen::Index e = 0; e < stress.cols(); ++e) {
+    const auto element = static_cast<std::uint32_t>(e);
+    add_densities_of<Shape>(elements.shape(element), share * stress.col(e), &pair_of_[kPairs * element], q);
   }
+}
+
+void Relaxation::add_densities(const Matrix& stress, double share, Vector& q) const {
+  if (hexahedra_->empty())
+    add_densities(*tetrahedra_, stress, share, q);
+  else
+    add_densities(*hexahedra_, stress, share, q);
 }
 
 Vector Relaxation::densities(const std::vector<Matrix>& relaxed) const {
@@ -251,7 +265,7 @@ Mat3 Relaxation::relaxed_stress(const BodyState& state, std::uint32_t element) c
   if (!state.history) return sum;
   for (std::size_t k = 0; k < branches().size(); ++k)
     sum += branches()[k].share * symmetric_of(state.history->relaxed[k].col(element));
-  return sum / (hexahedra_->empty() ? tetrahedra_->rest(element).volume_m3 : hexahedra_->shape(element).rest.volume_m3);
+  return sum / (hexahedra_->empty() ? tetrahedra_->shape(element).volume_m3 : hexahedra_->shape(element).volume_m3);
 }
 
 }  // namespace palpate

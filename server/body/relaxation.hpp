@@ -1,6 +1,6 @@
 // Stress relaxation of a solid: quasi-linear viscoelasticity, with internal states of the body.
 //
-// With S_e the second Piola-Kirchhoff stress of the law (tetra_kernel.hpp) and a Prony series of shares g_k and times tau_k,
+// With S_e the second Piola-Kirchhoff stress of the law (element_material.hpp) and a Prony series of shares g_k and times tau_k,
 //
 //     S(t) = int G(t - s) dS_e(s),     G(t) = 1 - sum_k g_k (1 - exp(-t / tau_k)),     sum_k g_k < 1
 //
@@ -16,7 +16,7 @@
 //
 // The q_ij are force densities, one number for each pair of nodes that share an element, equal for x, y and z; K contains their
 // Laplacian. For a hexahedron (F, q) and its stress (P, p) are pulled back together, P = F S + q s^T, p_a = F s_a, and
-// q_ij = g_i . [[V Z, z], [z^T, 0]] g_j (hexa_kernel.hpp).
+// q_ij = g_i . [[V Z, z], [z^T, 0]] g_j (element_shape.hpp).
 //
 // F^-1 P is unbounded where an element is flat: J = det F is replaced by kLeastVolume where it is smaller.
 //
@@ -28,8 +28,7 @@
 #include <span>
 #include <vector>
 
-#include "server/body/hexahedra.hpp"
-#include "server/body/tetrahedra.hpp"
+#include "server/body/elements.hpp"
 
 namespace palpate {
 
@@ -84,6 +83,10 @@ class Relaxation {
   std::uint32_t elements() const;
   int numbers() const;  // per element's stress
   Matrix elastic(const Vector& x) const;
+  template <class Shape>
+  static void find_elastic(const Elements<Shape>& elements, const Vector& x, Matrix& all);
+  template <class Shape>
+  void add_densities(const Elements<Shape>& elements, const Matrix& stress, double share, Vector& q) const;
   /// Adds q of one stress of all elements, times `share`.
   void add_densities(const Matrix& stress, double share, Vector& q) const;
   Vector densities(const std::vector<Matrix>& relaxed) const;

@@ -11,17 +11,14 @@ struct VectorOfFloats;
 template <>
 struct VectorOfFloats<4> {
   using Type = float __attribute__((vector_size(16), may_alias));
-  using Bits = std::uint32_t __attribute__((vector_size(16)));
 };
 template <>
 struct VectorOfFloats<8> {
   using Type = float __attribute__((vector_size(32), may_alias));
-  using Bits = std::uint32_t __attribute__((vector_size(32)));
 };
 template <>
 struct VectorOfFloats<16> {
   using Type = float __attribute__((vector_size(64), may_alias));
-  using Bits = std::uint32_t __attribute__((vector_size(64)));
 };
 template <std::size_t N>
 using Floats = typename VectorOfFloats<N>::Type;
@@ -123,32 +120,20 @@ PALPATE_INLINE void add_forces(const SpringTables& springs, std::size_t begin, s
   }
 }
 
-#define PALPATE_SPRING_BLOCK_LOOPS(N, TARGET)                                                                  \
-  TARGET void forces_##N(const SpringTables& springs, std::size_t begin, std::size_t end, const NodeArrays& u, \
-                         const NodeArrays& v, NodeArrays& f) {                                                 \
-    add_forces<N>(springs, begin, end, u, v, f);                                                               \
+struct SpringBlockLoop {
+  template <std::size_t N>
+  PALPATE_INLINE static void run(const SpringTables& springs, std::size_t begin, std::size_t end, const NodeArrays& u,
+                                 const NodeArrays& v, NodeArrays& f) {
+    add_forces<2 * N>(springs, begin, end, u, v, f);  // a vector has twice as many floats as doubles
   }
-
-PALPATE_SPRING_BLOCK_LOOPS(4, )
-#if defined(__x86_64__)
-PALPATE_SPRING_BLOCK_LOOPS(8, __attribute__((target("avx2"))))
-PALPATE_SPRING_BLOCK_LOOPS(16, __attribute__((target("avx512f"))))
-#endif
-
-std::vector<SpringBlockLoops> found() {
-  std::vector<SpringBlockLoops> loops{{4, &forces_4}};
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) loops.push_back({8, &forces_8});
-  if (__builtin_cpu_supports("avx512f")) loops.push_back({16, &forces_16});
-#endif
-  return loops;
-}
+};
 
 }  // namespace
 
-std::span<const SpringBlockLoops> spring_block_loops() {
-  static const std::vector<SpringBlockLoops> loops = found();
-  return loops;
+std::span<const Variant<const SpringTables&, std::size_t, std::size_t, const NodeArrays&, const NodeArrays&, NodeArrays&>>
+spring_block_loops() {
+  return Variants<SpringBlockLoop>::all<const SpringTables&, std::size_t, std::size_t, const NodeArrays&, const NodeArrays&,
+                                        NodeArrays&>();
 }
 
 }  // namespace palpate

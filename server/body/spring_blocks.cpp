@@ -115,7 +115,7 @@ void SpringBlocks::cut_into_slabs() {
 }
 
 void SpringBlocks::add_forces(const Slab& slab, const NodeArrays& u, const NodeArrays& v, NodeArrays& f) const {
-  spring_block_loops().back().add_forces(tables_, slab.begin, slab.end, u, v, f);
+  spring_block_loops().back().run(tables_, slab.begin, slab.end, u, v, f);
 }
 
 double SpringBlocks::stiffest(const NodeArrays& u) const {

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "server/elements/lane_variants.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -59,14 +60,10 @@ struct SpringTables {
   float stiffening = 0;
 };
 
-struct SpringBlockLoops {
-  std::size_t width;  ///< springs per vector
-  /// Adds the forces of the springs of blocks begin to end to f, at displacements u [m] and velocities v [m/s].
-  void (*add_forces)(const SpringTables& springs, std::size_t begin, std::size_t end, const NodeArrays& u, const NodeArrays& v,
-                     NodeArrays& f);
-};
-/// Returns the variants that this processor can run, the widest last.
-std::span<const SpringBlockLoops> spring_block_loops();
+/// Returns the variants that this processor can run, the widest last, of: add the forces of the springs of blocks begin to end to
+/// f, at displacements u [m] and velocities v [m/s].
+std::span<const Variant<const SpringTables&, std::size_t, std::size_t, const NodeArrays&, const NodeArrays&, NodeArrays&>>
+spring_block_loops();
 
 class SpringBlocks {
  public:

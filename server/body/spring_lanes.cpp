@@ -66,38 +66,20 @@ PALPATE_INLINE void scatter(const SpringGroup& group, std::size_t from, const do
   }
 }
 
-template <std::size_t N>
-PALPATE_INLINE void add_forces(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v,
-                               double* f) {
-  for (const SpringGroup& group : groups)
-    for (std::size_t from = 0; from < group.count; from += N) {
-      Vec<N> force;
-      forces<N>(group, from, stiffening, x, v, force);
-      alignas(64) double numbers[3][N];
-      for (int r = 0; r < 3; ++r) doubles<N>(numbers[r]) = force[r];
-      scatter<N>(group, from, numbers, f);
-    }
-}
-
-#define PALPATE_SPRING_LOOPS(N, TARGET)                                                                                         \
-  TARGET void forces_##N(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v, double* f) { \
-    add_forces<N>(groups, stiffening, x, v, f);                                                                                 \
+struct SpringForceLoop {
+  template <std::size_t N>
+  PALPATE_INLINE static void run(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v,
+                                 double* f) {
+    for (const SpringGroup& group : groups)
+      for (std::size_t from = 0; from < group.count; from += N) {
+        Vec<N> force;
+        forces<N>(group, from, stiffening, x, v, force);
+        alignas(64) double numbers[3][N];
+        for (int r = 0; r < 3; ++r) doubles<N>(numbers[r]) = force[r];
+        scatter<N>(group, from, numbers, f);
+      }
   }
-
-PALPATE_SPRING_LOOPS(2, )
-#if defined(__x86_64__)
-PALPATE_SPRING_LOOPS(4, __attribute__((target("avx2"))))
-PALPATE_SPRING_LOOPS(8, __attribute__((target("avx512f"))))
-#endif
-
-std::vector<SpringLoops> found() {
-  std::vector<SpringLoops> loops{{2, &forces_2}};
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) loops.push_back({4, &forces_4});
-  if (__builtin_cpu_supports("avx512f")) loops.push_back({8, &forces_8});
-#endif
-  return loops;
-}
+};
 
 }  // namespace
 
@@ -120,9 +102,8 @@ std::vector<SpringGroup> spring_groups(const LumpedBody& body) {
   return groups;
 }
 
-std::span<const SpringLoops> spring_loops() {
-  static const std::vector<SpringLoops> loops = found();
-  return loops;
+std::span<const Variant<std::span<const SpringGroup>, double, const double*, const double*, double*>> spring_loops() {
+  return Variants<SpringForceLoop>::all<std::span<const SpringGroup>, double, const double*, const double*, double*>();
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/doubles.hpp"
+#include "server/elements/lane_variants.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -22,13 +23,8 @@ struct SpringGroup {
 /// Returns the springs of a body in their order; empty for a law that branches (thigh_skin).
 std::vector<SpringGroup> spring_groups(const LumpedBody& body);
 
-struct SpringLoops {
-  std::size_t width;  ///< springs per vector
-  /// Adds forces to f at positions x and velocities v, 3 N each; T(e) = k e (1 + stiffening (e / L0)^2).
-  void (*add_forces)(std::span<const SpringGroup> groups, double stiffening, const double* x, const double* v, double* f);
-};
-
-/// Returns the variants that this processor can run, the widest last.
-std::span<const SpringLoops> spring_loops();
+/// Returns the variants that this processor can run, the widest last, of: add forces to f at positions x and velocities v, 3 N
+/// each; T(e) = k e (1 + stiffening (e / L0)^2).
+std::span<const Variant<std::span<const SpringGroup>, double, const double*, const double*, double*>> spring_loops();
 
 }  // namespace palpate

@@ -25,7 +25,7 @@ Springs::Springs(const LumpedBody& body, const BlockMatrix& pattern)
 void Springs::add_forces(const Vector& x, const Vector& v, Vector& f) const {
   if (!groups_.empty()) {
     const double stiffening = body_->law == SpringLaw::stiffening ? body_->stiffening : 0;
-    spring_loops().back().add_forces(groups_, stiffening, x.data(), v.data(), f.data());
+    spring_loops().back().run(groups_, stiffening, x.data(), v.data(), f.data());
     return;
   }
   for (const Element& e : body_->elements) {

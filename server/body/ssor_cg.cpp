@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/body/fused.hpp"
+#include "server/elements/fused.hpp"
 
 namespace palpate {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "server/body/fused.hpp"
+#include "server/elements/fused.hpp"
 
 namespace palpate {
 namespace {
@@ -88,18 +88,14 @@ void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<st
 }
 
 void Tangents::multiply(const Matrix& y, Matrix& k_y, Matrix& d_y) const {
-  const std::size_t nodes = dynamics_->nodes();
   k_y.resize(y.rows(), y.cols());
   d_y.resize(y.rows(), y.cols());
-  std::vector<NodeLanes> in(nodes), k(nodes), d(nodes);
+  std::vector<NodeLanes> in(dynamics_->nodes()), k(in.size()), d(in.size());
   for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
     pack_columns(y, first, in);
     std::fill(k.begin(), k.end(), NodeLanes{});
     std::fill(d.begin(), d.end(), NodeLanes{});
-    add_springs(in, k, d);
-    dynamics_->tetrahedra().add_products(tetrahedra_, in, k, d);
-    dynamics_->hexahedra().add_products(hexahedra_, in, k, d);
-    dynamics_->relaxation().add_products(history_.get(), in, 1, k);
+    add_products(in, 1, 1, k, d);
     unpack_columns(k, first, k_y);
     unpack_columns(d, first, d_y);
   }
@@ -111,15 +107,23 @@ void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum
   for (Eigen::Index first = 0; first < y.cols(); first += kColumnLanes) {
     pack_columns(y, first, in);
     std::fill(out.begin(), out.end(), NodeLanes{});
-    add_sum_of_springs(in, c_k, c_d, out);
-    dynamics_->tetrahedra().add_sums(tetrahedra_, in, c_k, c_d, out);
-    dynamics_->hexahedra().add_sums(hexahedra_, in, c_k, c_d, out);
-    dynamics_->relaxation().add_products(history_.get(), in, c_k, out);
+    add_products(in, c_k, c_d, out, out);
     unpack_columns(out, first, sum);
   }
 }
 
-void Tangents::add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const {
+void Tangents::add_products(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& k,
+                            std::vector<NodeLanes>& d) const {
+  const bool together = &k == &d;
+  add_springs<true>(in, c_k, together ? c_d : 0, k);
+  if (!together) add_springs<false>(in, 0, c_d, d);
+  dynamics_->tetrahedra().add_products(tetrahedra_, in, c_k, c_d, k, d);
+  dynamics_->hexahedra().add_products(hexahedra_, in, c_k, c_d, k, d);
+  dynamics_->relaxation().add_products(history_.get(), in, c_k, k);
+}
+
+template <bool kWithStiffness>
+void Tangents::add_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const {
   const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body has no motion across its plane
   const Spring* e = springs_.data();
   for (std::size_t i = 0; i < in.size(); ++i) {
@@ -127,10 +131,11 @@ void Tangents::add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, 
     ColumnLanes sx{}, sy{}, sz{};
     for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
       const double nx = e->direction[0], ny = e->direction[1], nz = e->direction[2];
-      const double t = c_k * e->across_n_m, axial = c_k * e->slope_n_m - t + c_d * e->damping_n_s_m;
+      const double t = kWithStiffness ? c_k * e->across_n_m : 0, axial = c_k * e->slope_n_m - t + c_d * e->damping_n_s_m;
       const NodeLanes& other = in[e->b];
       const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
-      ColumnLanes pull = nz * uz, fx = t * ux, fy = t * uy, fz = t * uz;
+      ColumnLanes pull = nz * uz, fx{}, fy{}, fz{};
+      if constexpr (kWithStiffness) fx = t * ux, fy = t * uy, fz = t * uz;
       add_product(ny, uy, pull), add_product(nx, ux, pull);
       pull *= axial;
       add_product(nx, pull, fx), add_product(ny, pull, fy), add_product(nz, pull, fz);
@@ -139,34 +144,6 @@ void Tangents::add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, 
       lanes(to.x) -= fx, lanes(to.y) -= fy, lanes(to.z) -= fz;
     }
     lanes(sum[i].x) += sx, lanes(sum[i].y) += sy, lanes(sum[i].z) += sz;
-  }
-}
-
-void Tangents::add_springs(const std::vector<NodeLanes>& in, std::vector<NodeLanes>& k, std::vector<NodeLanes>& d) const {
-  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;
-  const NodeLanes* const from = in.data();
-  NodeLanes *const to_k = k.data(), *const to_d = d.data();
-  const Spring* e = springs_.data();
-  for (std::size_t i = 0; i < in.size(); ++i) {
-    const ColumnLanes x = lanes(from[i].x), y = lanes(from[i].y), z = lanes(from[i].z);
-    ColumnLanes kx{}, ky{}, kz{}, dx{}, dy{}, dz{};
-    for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
-      const double nx = e->direction[0], ny = e->direction[1], nz = e->direction[2], t = e->across_n_m;
-      const NodeLanes& other = from[e->b];
-      const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
-      ColumnLanes along = nz * uz, fx = t * ux, fy = t * uy, fz = t * uz;
-      add_product(ny, uy, along), add_product(nx, ux, along);
-      const ColumnLanes pull = (e->slope_n_m - t) * along, drag = e->damping_n_s_m * along, back = -drag;
-      add_product(nx, pull, fx), add_product(ny, pull, fy), add_product(nz, pull, fz);
-      kx += fx, ky += fy, kz += fz;
-      NodeLanes& b_k = to_k[e->b];
-      lanes(b_k.x) -= fx, lanes(b_k.y) -= fy, lanes(b_k.z) -= fz;
-      add_product(nx, drag, dx), add_product(ny, drag, dy), add_product(nz, drag, dz);
-      NodeLanes& b_d = to_d[e->b];
-      add_product(nx, back, lanes(b_d.x)), add_product(ny, back, lanes(b_d.y)), add_product(nz, back, lanes(b_d.z));
-    }
-    lanes(to_k[i].x) += kx, lanes(to_k[i].y) += ky, lanes(to_k[i].z) += kz;
-    lanes(to_d[i].x) += dx, lanes(to_d[i].y) += dy, lanes(to_d[i].z) += dz;
   }
 }
 

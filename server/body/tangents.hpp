@@ -3,7 +3,7 @@
 //     K y = sum_e ( (T' - t) n n^T + t I ) (y_a - y_b),     D y = sum_e b n n^T (y_a - y_b),     t = s / L
 //
 // n direction, T' slope, s force, L length and b damper of element e between nodes a and b (spring_kernel.hpp), with the
-// opposite sign on b; for finite elements the tangents of tetrahedra.hpp, hexahedra.hpp and relaxation.hpp. For products the
+// opposite sign on b; for finite elements the tangents of elements.hpp and relaxation.hpp. For products the
 // matrices are not assembled: a spring has six numbers, its two blocks of a row have eighteen, and products are limited by memory
 // bandwidth.
 #pragma once
@@ -38,15 +38,19 @@ class Tangents {
     double slope_n_m = 0, across_n_m = 0, damping_n_s_m = 0;  // T', t, b
     std::uint32_t b = 0;                                      // a < b
   };
-  void add_springs(const std::vector<NodeLanes>& in, std::vector<NodeLanes>& k, std::vector<NodeLanes>& d) const;
-  void add_sum_of_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const;
+  /// Adds c_k K and c_d D times the columns of `in` to `k` and to `d`, which may be one.
+  void add_products(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& k,
+                    std::vector<NodeLanes>& d) const;
+  /// Adds c_k K + c_d D of the springs alone; kWithStiffness false: c_d D, whose forces are along the springs.
+  template <bool kWithStiffness>
+  void add_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const;
 
   const Dynamics* dynamics_;
   std::vector<std::uint32_t> order_;  // index in the body of each spring
   std::vector<std::uint32_t> first_;  // springs are sorted by a; those of node i begin at first_[i]
   std::vector<Spring> springs_;
-  std::vector<TetraTangent> tetrahedra_;
-  std::vector<HexaTangent> hexahedra_;
+  std::vector<ElementTangent<TetraShape>> tetrahedra_;
+  std::vector<ElementTangent<HexaShape>> hexahedra_;
   std::shared_ptr<const StressHistory> history_;
 };
 

@@ -8,12 +8,12 @@ ElementGradient element_gradient(const Dynamics& dynamics, std::uint32_t e) {
   const LumpedBody& body = dynamics.body();
   assert(body.is_solid() && e < body.tetrahedra.size() + body.hexahedra.size());
   if (e < body.hexahedra.size()) {
-    const HexaRest& rest = dynamics.hexahedra().shape(e).rest;
-    return {body.hexahedra[e].nodes, rest.g.topRows<3>(), rest.volume_m3, body.hexahedra[e].material};
+    const HexaShape& shape = dynamics.hexahedra().shape(e);
+    return {body.hexahedra[e].nodes, shape.b, shape.volume_m3, body.hexahedra[e].material};
   }
   const std::uint32_t t = e - static_cast<std::uint32_t>(body.hexahedra.size());
-  const TetraRest& rest = dynamics.tetrahedra().rest(t);
-  return {body.tetrahedra[t].nodes, rest.b, rest.volume_m3, body.tetrahedra[t].material};
+  const TetraShape& shape = dynamics.tetrahedra().shape(t);
+  return {body.tetrahedra[t].nodes, shape.b, shape.volume_m3, body.tetrahedra[t].material};
 }
 
 Mat3 mean_gradient(const Dynamics& dynamics, std::uint32_t e, const Eigen::Ref<const Vector>& y) {

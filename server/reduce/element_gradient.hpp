@@ -1,6 +1,6 @@
 // A finite element of a body as its law uses it, tetrahedron, triangle or hexahedron: one gradient F(y) = sum_i y_i b_i^T over
 // its nodes, for any nodal field y; b_i [1/m] the gradients of its shape functions at rest, averaged over a hexahedron
-// (tetra_kernel.hpp, hexa_kernel.hpp). The b_i sum to zero.
+// (element_shape.hpp). The b_i sum to zero.
 #pragma once
 
 #include <span>

@@ -113,20 +113,20 @@ std::uint32_t GradientPoints::place(std::uint32_t element, int i) const {
   return first_[k] + static_cast<std::uint32_t>(i) - 1;
 }
 
-TetraRest GradientPoints::rest(std::uint32_t element) const {
+TetraShape GradientPoints::rest(std::uint32_t element) const {
   const auto cells = static_cast<std::uint32_t>(dynamics_->body().hexahedra.size());
-  if (element >= cells) return dynamics_->tetrahedra().rest(element - cells);
+  if (element >= cells) return dynamics_->tetrahedra().shape(element - cells);
   const Mat3& axes = axes_[number(element)];
   Mat34 places;
   places << Vec3::Zero(), axes;
-  TetraRest rest(places);
+  TetraShape rest(places);
   rest.volume_m3 = element_gradient(*dynamics_, element).volume_m3;
   return rest;
 }
 
 Mat3 GradientPoints::deformation(std::uint32_t element) const {
   assert(element < at_.size() && elements_[number(element)] == element);
-  const TetraRest at = rest(element);
+  const TetraShape at = rest(element);
   Mat3 f = Mat3::Zero();
   for (int i = 1; i < 4; ++i)
     f += (at_node(at_stamp_, place(element, i)) - at_node(at_stamp_, place(element, 0))) * at.b.col(i).transpose();

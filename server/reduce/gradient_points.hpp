@@ -1,8 +1,8 @@
 // The finite elements of a solid in the form of sampled tetrahedra (common/port/sampled_tetrahedra.hpp): four places each that
 // have the gradient of the element.
 //
-// A tetrahedron's places are its nodes. A hexahedron has its mean gradient, F = sum x_i b_i^T over eight nodes (hexa_kernel.hpp),
-// which is that of a tetrahedron of the places
+// A tetrahedron's places are its nodes. A hexahedron has its mean gradient, F = sum x_i b_i^T over eight nodes
+// (element_shape.hpp), which is that of a tetrahedron of the places
 //
 //     y_0 = o,   y_c = o + F d_c,   c = 1, 2, 3      at rest o, o + d_c;  d_c orthogonal, of one length
 //
@@ -36,7 +36,7 @@ class GradientPoints {
   const Vector& at_stamp() const { return at_stamp_; }
   const Vector& at_rest() const { return at_rest_; }
   /// Returns the columns b_0..b_3 of the places of an element, and its volume.
-  TetraRest rest(std::uint32_t element) const;
+  TetraShape rest(std::uint32_t element) const;
   Mat3 deformation(std::uint32_t element) const;
   std::uint32_t material(std::uint32_t element) const;
   bool is_triangle(std::uint32_t element) const;

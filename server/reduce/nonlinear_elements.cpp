@@ -57,7 +57,7 @@ std::vector<double> solid_weights(const Dynamics& dynamics, const ShapeRows& sha
 
 void add_second_order_of_solid(const Dynamics& dynamics, const BodyState& state, const Matrix& directions,
                                std::vector<Vector>& forces) {
-  const std::vector<TetraMaterial> materials(dynamics.body().materials.begin(), dynamics.body().materials.end());
+  const std::vector<ElementMaterial> materials(dynamics.body().materials.begin(), dynamics.body().materials.end());
   const auto n = static_cast<int>(directions.cols());
   std::vector<Mat3> changes(static_cast<std::size_t>(n));
   for (std::uint32_t e = 0; e < elements_of(dynamics.body()); ++e) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "server/body/fused.hpp"
+#include "server/elements/fused.hpp"
 #include "server/reduce/nonlinear_elements.hpp"
 
 namespace palpate {

@@ -69,7 +69,7 @@ class CandidateTetrahedra {
   std::size_t nodes() const { return places_.count(); }
   /// Returns b_1, b_2, b_3 as rows.
   Eigen::Matrix3f gradients(std::uint32_t element) const { return rest_of(element).b.rightCols<3>().transpose().cast<float>(); }
-  TetraRest rest_of(std::uint32_t element) const { return places_.rest(element); }
+  TetraShape rest_of(std::uint32_t element) const { return places_.rest(element); }
   Stamp stamp(std::uint32_t element) const {
     const Mat3 f = places_.deformation(element);
     const LameParameters lame = lame_of(element);

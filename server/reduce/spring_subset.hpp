@@ -1,7 +1,7 @@
 // A subset of a body's elements, and the sums of their tangents between their nodes:
 //
 //     K_ab, D_ab = sum over these elements of their blocks for nodes a and b
-//                  (spring_kernel.hpp, tetra_kernel.hpp, hexa_kernel.hpp)
+//                  (spring_kernel.hpp, element_loops.hpp)
 //
 // for each pair of nodes that one of them joins, summed before a coarse grid or reduction is applied.
 #pragma once
@@ -74,7 +74,7 @@ class SolidBunch : public BunchLinks {
   SolidBunch() = default;
   /// `dynamics` must outlive it.
   SolidBunch(const Dynamics& dynamics, std::span<const std::uint32_t> elements);
-  /// Returns the sums as for springs; see TetraTangent for `clamp`.
+  /// Returns the sums as for springs; see ElementLoops for `clamp`.
   std::vector<Pair> sums(const BodyState& state, bool clamp) const;
   static Pair transposed(const Pair& pair);
 

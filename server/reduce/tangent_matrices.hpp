@@ -9,7 +9,7 @@
 #pragma once
 
 #include "server/body/block_matrix.hpp"
-#include "server/body/column_lanes.hpp"
+#include "server/elements/column_lanes.hpp"
 
 namespace palpate {
 

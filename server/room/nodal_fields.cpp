@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/mechanics/polar.hpp"
 #include "server/body/spring_kernel.hpp"
 #include "server/reduce/element_gradient.hpp"
 #include "server/reduce/local_body.hpp"
@@ -27,7 +28,7 @@ std::vector<float> element_tension(const LumpedBody& body, const Vector& x) {
 namespace {
 
 /// `relaxed`: the relaxed part of the second Piola-Kirchhoff stress.
-double value_of(const TetraMaterial& material, const Mat3& f, const Mat3& relaxed, ShapeChannel field) {
+double value_of(const ElementMaterial& material, const Mat3& f, const Mat3& relaxed, ShapeChannel field) {
   if (field == ShapeChannel::strain) return (signed_svd(f).s.array() - 1).abs().maxCoeff();
   const Mat3 cauchy = (elastic_stress(material, f) - f * relaxed) * f.transpose() / std::max(f.determinant(), kVolumeRatioLeast);
   const double mean = cauchy.trace() / 3;
@@ -42,10 +43,10 @@ std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state,
   assert(field == ShapeChannel::stress || field == ShapeChannel::strain || field == ShapeChannel::pressure);
   std::vector<double> sums(dynamics.nodes(), 0.0), volumes(sums);
   const LumpedBody& body = dynamics.body();
-  const std::vector<TetraMaterial> materials(body.materials.begin(), body.materials.end());
+  const std::vector<ElementMaterial> materials(body.materials.begin(), body.materials.end());
   for (std::uint32_t e = 0; body.is_solid() && e < elements_of(body); ++e) {
     const ElementGradient element = element_gradient(dynamics, e);
-    if (materials[element.material].law == SolidLaw::membrane) continue;
+    if (materials[element.material].kind == SolidLaw::membrane) continue;
     const double value = value_of(materials[element.material], mean_gradient(dynamics, e, state.x),
                                   dynamics.relaxation().relaxed_stress(state, e), field);
     for (const std::uint32_t node : element.nodes) {

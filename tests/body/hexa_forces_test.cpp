@@ -98,11 +98,10 @@ TEST_CASE("Hexahedra in single precision have the same bits at every width of th
   }
   const HexaForces hexahedra(dynamics);
   std::vector<NodeArrays> found;
-  for (const HexaForceLoops& loops : hexa_force_loops()) {
+  for (const auto& loops : hexa_force_loops()) {
     NodeArrays& f = found.emplace_back(dynamics.nodes());
     for (const bool odd : {false, true})
-      for (std::size_t k = 0; k < hexahedra.slabs(odd); ++k)
-        loops.add_forces(hexahedra.materials(), hexahedra.cells(odd, k), u, v, f);
+      for (std::size_t k = 0; k < hexahedra.slabs(odd); ++k) loops.run(hexahedra.materials(), hexahedra.cells(odd, k), u, v, f);
   }
   for (const NodeArrays& f : found) {
     CHECK(f.x == found.front().x);
@@ -178,7 +177,7 @@ TEST_CASE("A squeezed solid is stepped in shorter steps, as much as its stiffest
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) u.set(i, {0.5 * body.nodes[i].x(), 0, 0});
   const auto growth = hexahedra.growth(u);
   CHECK(growth.damping == Approx(2.25).epsilon(1e-4));
-  const TetraMaterial material(body.materials[0]);
+  const ElementMaterial material(body.materials[0]);
   const auto stiffest = [&](const Mat3& f) {
     Eigen::Matrix<double, 9, 9> a;
     constexpr double kStep = 1e-6;

@@ -83,9 +83,9 @@ TEST_CASE("Springs side by side push to the same bits however wide the processor
   NodeArrays expected(bench.body.nodes.size());
   const SpringBlocks::Slab all{0, tables.first.size() - 1};
   bench.springs.add_forces(all, u, v, expected);
-  for (const SpringBlockLoops& loops : spring_block_loops()) {
+  for (const auto& loops : spring_block_loops()) {
     NodeArrays f(bench.body.nodes.size());
-    loops.add_forces(tables, all.begin, all.end, u, v, f);
+    loops.run(tables, all.begin, all.end, u, v, f);
     CHECK(f.x == expected.x);
     CHECK(f.y == expected.y);
     CHECK(f.z == expected.z);

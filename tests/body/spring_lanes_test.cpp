@@ -29,10 +29,10 @@ TEST_CASE("Forces of springs side by side are those of one after the other to th
   }
   const std::vector<SpringGroup> groups = spring_groups(body);
   REQUIRE(body.elements.size() % SpringGroup::kSize != 0);
-  for (const SpringLoops& loops : spring_loops()) {
+  for (const auto& loops : spring_loops()) {
     INFO(loops.width << " in a vector");
     Vector f = Vector::Constant(state.x.size(), 0.125);
-    loops.add_forces(groups, body.law == SpringLaw::stiffening ? body.stiffening : 0, state.x.data(), state.v.data(), f.data());
+    loops.run(groups, body.law == SpringLaw::stiffening ? body.stiffening : 0, state.x.data(), state.v.data(), f.data());
     CHECK(f == expected);
   }
 }

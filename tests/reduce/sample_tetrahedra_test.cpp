@@ -158,7 +158,7 @@ TEST_CASE(
   const Rows all = places.moved();
   for (const std::uint32_t e : places.elements()) {
     CHECK((places.deformation(e) - mean_gradient(dynamics, e, state.x)).norm() < 1e-12);
-    const TetraRest rest = places.rest(e);
+    const TetraShape rest = places.rest(e);
     CHECK(rest.volume_m3 == element_gradient(dynamics, e).volume_m3);
     Mat3 change = Mat3::Zero();
     for (int i = 0; i < 4; ++i)

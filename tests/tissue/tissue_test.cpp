@@ -13,7 +13,7 @@
 #include "bench/tissue/layer_numbers.hpp"
 #include "bench/tissue/specimens.hpp"
 #include "bench/tissue/tissue_case.hpp"
-#include "server/body/tetra_kernel.hpp"
+#include "server/elements/element_material.hpp"
 
 using namespace palpate;
 using std::numbers::pi;
@@ -47,7 +47,7 @@ TEST_CASE("Every law written in principal stretches is the law of the kernel") {
   f << 1.2, 0.3, -0.1, 0.05, 0.8, 0.2, 0.1, -0.15, 1.1;
   for (const NamedLaw& law : laws_at(0.4)) {
     INFO(law.name);
-    const Mat3 p = elastic_stress(TetraMaterial(law.material), f);
+    const Mat3 p = elastic_stress(ElementMaterial(law.material), f);
     CHECK((stress_at(law.material, f) - p).norm() < 1e-10 * p.norm());
     const Vec3 l(1.3, 0.9, 0.8), g = principal_stress(law.material, l);
     for (int k = 0; k < 3; ++k) {

@@ -1,10 +1,10 @@
 // Four columns of a matrix over the nodes side by side, as vector instructions take them.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "common/base/doubles.hpp"
-#include "server/body/block_matrix.hpp"
 
 namespace palpate {
 
@@ -22,7 +22,7 @@ struct alignas(sizeof(ColumnLanes)) NodeLanes {
 }
 
 /// Columns first ... first + kColumnLanes - 1 of 3 N rows, zero beyond the last.
-void pack_columns(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to);
-void unpack_columns(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to);
+void pack_columns(const Eigen::Ref<const Eigen::MatrixXd>& from, Eigen::Index first, std::vector<NodeLanes>& to);
+void unpack_columns(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> to);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "server/body/column_lanes.hpp"
+#include "server/elements/column_lanes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@ namespace palpate {
 // Whole lines of memory at a time: what is missing of a matrix's last columns is read from a column of zeros, and written to one
 // that is thrown away.
 
-void pack_columns(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std::vector<NodeLanes>& to) {
-  const Vector none = first + kColumnLanes > from.cols() ? Vector::Zero(from.rows()) : Vector();
+void pack_columns(const Eigen::Ref<const Eigen::MatrixXd>& from, Eigen::Index first, std::vector<NodeLanes>& to) {
+  const Eigen::VectorXd none = first + kColumnLanes > from.cols() ? Eigen::VectorXd::Zero(from.rows()) : Eigen::VectorXd();
   std::array<const double*, kColumnLanes> columns;
   for (Eigen::Index c = 0; c < kColumnLanes; ++c)
     columns[static_cast<std::size_t>(c)] = first + c < from.cols() ? from.col(first + c).data() : none.data();
@@ -24,8 +24,8 @@ void pack_columns(const Eigen::Ref<const Matrix>& from, Eigen::Index first, std:
   }
 }
 
-void unpack_columns(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Matrix> to) {
-  Vector rest(first + kColumnLanes > to.cols() ? to.rows() : 0);
+void unpack_columns(const std::vector<NodeLanes>& from, Eigen::Index first, Eigen::Ref<Eigen::MatrixXd> to) {
+  Eigen::VectorXd rest(first + kColumnLanes > to.cols() ? to.rows() : 0);
   std::array<double*, kColumnLanes> columns;
   for (Eigen::Index c = 0; c < kColumnLanes; ++c)
     columns[static_cast<std::size_t>(c)] = first + c < to.cols() ? to.col(first + c).data() : rest.data();

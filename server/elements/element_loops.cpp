@@ -1,0 +1,431 @@
+#include "server/elements/element_loops.hpp"
+
+#include <algorithm>
+
+#include "server/elements/fused.hpp"
+#include "server/elements/generalised_stress.hpp"
+#include "server/elements/law_loops.hpp"
+
+namespace palpate {
+namespace {
+
+/// Numbers of elements that share a shape.
+template <std::size_t N, class Shape>
+struct SharedNumbers {
+  const Shape& shape;
+
+  PALPATE_INLINE double g(int node, int column) const {
+    return column < 3 ? shape.b(column, node) : shape.gamma(column - 3, node);
+  }
+  PALPATE_INLINE double volume() const { return shape.volume_m3; }
+  PALPATE_INLINE double k(int mode) const { return shape.k[static_cast<std::size_t>(mode)]; }
+};
+
+/// Numbers of elements with their own shapes, from one lane on.
+template <std::size_t N, class Shape>
+struct OwnNumbers {
+  const EightNumbers* numbers;
+  std::size_t from;
+
+  PALPATE_INLINE const Doubles<N>& at(std::size_t k) const { return doubles<N>(numbers[k].of + from); }
+  PALPATE_INLINE const Doubles<N>& g(int node, int column) const {
+    return at(ShapeNumbers<Shape>::gradient_at(static_cast<std::size_t>(node), static_cast<std::size_t>(column)));
+  }
+  PALPATE_INLINE const Doubles<N>& volume() const { return at(0); }
+  PALPATE_INLINE const Doubles<N>& k(int mode) const {
+    return at(ShapeNumbers<Shape>::kModesAt + static_cast<std::size_t>(mode));
+  }
+};
+
+/// The elements of a group from one lane on, as many as fit into a vector.
+template <std::size_t N, class Shape, class Numbers>
+struct Part {
+  using L = Lanes<double, N>;
+  using Gradient = LaneGradient<L, Shape::kColumns>;
+  const ElementGroup<Shape>& group;
+  std::size_t from;
+  Numbers numbers;
+
+  PALPATE_INLINE std::size_t used() const { return std::min(N, group.count - from); }
+
+  /// Computes sum over the nodes of y_i g_i^T; as the g_i sum to zero, values relative to the first node are enough.
+  PALPATE_INLINE void gradient(const double* y, Gradient& sum) const {
+    constexpr std::size_t kOthers = Shape::kNodes - 1;
+    alignas(64) double way[kOthers][3][N];
+    for (std::size_t l = 0; l < N; ++l) {
+      const double* const y0 = y + 3 * std::size_t{group.nodes[0][from + l]};
+      for (std::size_t i = 0; i < kOthers; ++i) {
+        const double* const yi = y + 3 * std::size_t{group.nodes[i + 1][from + l]};
+        for (std::size_t r = 0; r < 3; ++r) way[i][r][l] = yi[r] - y0[r];
+      }
+    }
+    for (int r = 0; r < 3; ++r)
+      for (int m = 0; m < Shape::kColumns; ++m) {
+        sum.of[r][m] = doubles<N>(way[0][r]) * numbers.g(1, m);
+        for (std::size_t i = 1; i < kOthers; ++i) sum.of[r][m] += doubles<N>(way[i][r]) * numbers.g(static_cast<int>(i) + 1, m);
+      }
+  }
+
+  /// Adds the forces of a stress to f.
+  PALPATE_INLINE void scatter(const Gradient& p, double* f) const {
+    constexpr std::size_t kOthers = Shape::kNodes - 1;
+    alignas(64) double force[kOthers][3][N];
+    for (std::size_t i = 0; i < kOthers; ++i)
+      for (int r = 0; r < 3; ++r) {
+        L sum = p.of[r][0] * numbers.g(static_cast<int>(i) + 1, 0);
+        for (int m = 1; m < Shape::kColumns; ++m) sum += p.of[r][m] * numbers.g(static_cast<int>(i) + 1, m);
+        store_lanes(sum, force[i][r]);
+      }
+    for (std::size_t l = 0; l < used(); ++l) {
+      double* const f0 = f + 3 * std::size_t{group.nodes[0][from + l]};
+      for (std::size_t i = 0; i < kOthers; ++i) {
+        double* const fi = f + 3 * std::size_t{group.nodes[i + 1][from + l]};
+        for (std::size_t r = 0; r < 3; ++r) {
+          fi[r] -= force[i][r][l];
+          f0[r] += force[i][r][l];
+        }
+      }
+    }
+  }
+
+  PALPATE_INLINE void moduli(const ElementMaterial& m, double much, LaneModuli<L>& to) const {
+    const L volume = L{} + numbers.volume();
+    to = {much * m.mu * volume, much * m.lambda * volume};
+  }
+  PALPATE_INLINE void damping(const ElementMaterial& m, double much, LaneDamping<L, Shape::kModes>& to) const {
+    moduli(m, much * m.damping_s, to.moduli);
+    for (int a = 0; a < Shape::kModes; ++a) to.k[a] = L{} + much * m.damping_s * numbers.k(a);
+  }
+};
+
+template <typename L, int Columns>
+PALPATE_INLINE void displacement_gradient(const LaneGradient<L, Columns>& at, LaneMatrix<L>& h) {
+  at.mean(h);
+  for (int r = 0; r < 3; ++r) h.of[r][r] -= 1.0;
+}
+
+template <std::size_t N, class Shape, class Of>
+PALPATE_INLINE void for_parts(const ElementGroup<Shape>& group, const Of& of) {
+  for (std::size_t from = 0; from < group.count; from += N) {
+    if (group.shape)
+      of(Part<N, Shape, SharedNumbers<N, Shape>>{group, from, {*group.shape}});
+    else
+      of(Part<N, Shape, OwnNumbers<N, Shape>>{group, from, {group.numbers.data(), from}});
+  }
+}
+
+template <class Shape>
+struct ForceLoop {
+  template <std::size_t N>
+  PALPATE_INLINE static void run(const ElementMaterial& m, const ElementGroup<Shape>& group, const double* x, const double* v,
+                                 double* f) {
+    using L = Lanes<double, N>;
+    for_parts<N>(
+        group, [&](const auto& part) __attribute__((always_inline)) {
+          LaneGradient<L, Shape::kColumns> at, p;
+          LaneMatrix<L> h, stress{};
+          LaneModuli<L> moduli;
+          part.gradient(x, at);
+          displacement_gradient(at, h);
+          part.moduli(m, 1, moduli);
+          Variants<StressLoop>::at<N>(*m.law, moduli, h, stress);
+          p.set_mean(stress);
+          for (int a = 0; a < Shape::kModes; ++a)
+            for (int r = 0; r < 3; ++r) p.of[r][3 + a] = part.numbers.k(a) * at.of[r][3 + a];
+          if (m.is_viscous()) {
+            LaneGradient<L, Shape::kColumns> rate;
+            LaneMatrix<L> deformation;
+            LaneDamping<L, Shape::kModes> damping;
+            part.gradient(v, rate);
+            at.mean(deformation);
+            part.damping(m, 1, damping);
+            add_generalised_viscous_stress(damping, deformation, at, rate, p);
+          }
+          part.scatter(p, f);
+        });
+  }
+};
+
+/// What the hourglass modes add to the blocks:
+///     K_ij += w_ij 1,   D_ij += t (b_i . b_j sum_a k_a q_a q_a^T + q_j (F b_i)^T + (F b_j) q_i^T + w_ij F F^T)
+/// with w_ij = sum_a k_a gamma_ai gamma_aj and q_i = sum_a k_a gamma_ai q_a.
+template <typename L, int Nodes, int Modes>
+struct ModeBlocks {
+  L stiff[Nodes][Modes], moved[Nodes][3], fb[Nodes][3];  ///< k_a gamma_ai, q_i, F b_i
+  LaneMatrix<L> of_modes, square;                        ///< sum_a k_a q_a q_a^T, F F^T
+
+  template <class Numbers>
+  PALPATE_INLINE ModeBlocks(const Numbers& numbers, const LaneGradient<L, 3 + Modes>& at) {
+    LaneMatrix<L> f;
+    at.mean(f);
+    product_with_transposed(f, f, square);
+    for (int i = 0; i < Nodes; ++i) {
+      for (int a = 0; a < Modes; ++a) stiff[i][a] = L{} + numbers.k(a) * numbers.g(i, 3 + a);
+      for (int r = 0; r < 3; ++r) {
+        fb[i][r] = f.of[r][0] * numbers.g(i, 0) + f.of[r][1] * numbers.g(i, 1) + f.of[r][2] * numbers.g(i, 2);
+        moved[i][r] = stiff[i][0] * at.of[r][3];
+        for (int a = 1; a < Modes; ++a) moved[i][r] += stiff[i][a] * at.of[r][3 + a];
+      }
+    }
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        of_modes.of[r][c] = numbers.k(0) * (at.of[r][3] * at.of[c][3]);
+        for (int a = 1; a < Modes; ++a) of_modes.of[r][c] += numbers.k(a) * (at.of[r][3 + a] * at.of[c][3 + a]);
+      }
+  }
+
+  /// Adds c_k K_ij + viscous / t D_ij.
+  template <class Numbers>
+  PALPATE_INLINE void add(const Numbers& numbers, int i, int j, double c_k, double viscous, LaneMatrix<L>& block) const {
+    L straight = stiff[i][0] * numbers.g(j, 3);
+    for (int a = 1; a < Modes; ++a) straight += stiff[i][a] * numbers.g(j, 3 + a);
+    for (int r = 0; r < 3; ++r) block.of[r][r] += c_k * straight;
+    if (viscous == 0) return;
+    const L dot =
+        L{} + (numbers.g(i, 0) * numbers.g(j, 0) + numbers.g(i, 1) * numbers.g(j, 1) + numbers.g(i, 2) * numbers.g(j, 2));
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        block.of[r][c] +=
+            viscous * (dot * of_modes.of[r][c] + moved[j][r] * fb[i][c] + fb[j][r] * moved[i][c] + straight * square.of[r][c]);
+  }
+};
+
+template <class Shape>
+struct BlockLoop {
+  template <std::size_t N>
+  PALPATE_INLINE static void run(const ElementMaterial& m, const ElementGroup<Shape>& group, const double* x, double c_d,
+                                 double c_k, bool clamp, ElementBlocks<Shape>& out) {
+    for_parts<N>(
+        group, [&](const auto& part) __attribute__((always_inline)) { blocks_of<N>(m, part, x, c_d, c_k, clamp, out); });
+  }
+
+ private:
+  template <std::size_t N, class Of>
+  PALPATE_INLINE static void blocks_of(const ElementMaterial& m, const Of& part, const double* x, double c_d, double c_k,
+                                       bool clamp, ElementBlocks<Shape>& out) {
+    using L = Lanes<double, N>;
+    constexpr int kNodes = Shape::kNodes;
+    const double viscous = c_d * m.damping_s;
+    LaneGradient<L, Shape::kColumns> at;
+    LaneMatrix<L> h;
+    LaneModuli<L> moduli;
+    Tangent<L> a;
+    part.gradient(x, at);
+    displacement_gradient(at, h);
+    part.moduli(m, c_k, moduli);
+    if (c_k == 0)
+      a.clear();
+    else
+      Variants<TangentLoop>::at<N>(*m.law, moduli, h, clamp, a);
+    if (viscous != 0) {
+      at.mean(h);
+      part.moduli(m, viscous, moduli);
+      add_viscous_tangent(moduli.mu, moduli.lambda, h, a);
+    }
+    L b[kNodes][3];
+    for (int i = 0; i < kNodes; ++i)
+      for (int c = 0; c < 3; ++c) b[i][c] = L{} + part.numbers.g(i, c);
+    const auto put = [&](int i, int j, const LaneMatrix<L>& k) __attribute__((always_inline)) {
+      auto& numbers = out.at[pair_index(static_cast<std::size_t>(i), static_cast<std::size_t>(j))];
+      for (std::size_t n = 0; n < 9; ++n) store_lanes(k.of[n / 3][n % 3], numbers[n].of + part.from);
+    };
+    if constexpr (Shape::kModes == 0) {
+      blocks_with(a, b, put, [](int, int, LaneMatrix<L>&) __attribute__((always_inline)){});
+    } else {
+      const ModeBlocks<L, kNodes, Shape::kModes> modes(part.numbers, at);
+      blocks_with(
+          a, b, put, [&](int i, int j, LaneMatrix<L>& k) __attribute__((always_inline)) {
+            modes.add(part.numbers, i, j, c_k, viscous, k);
+          });
+    }
+  }
+  /// Every row of blocks sums to zero, as the g_i do: those with node 0 follow from the others.
+  template <typename L, class Put, class More>
+  PALPATE_INLINE static void blocks_with(const Tangent<L>& a, const L (&b)[Shape::kNodes][3], const Put& put, const More& more) {
+    LaneMatrix<L> rows[Shape::kNodes] = {};
+    const auto subtract = [&](int row, const LaneMatrix<L>& k, bool transposed) __attribute__((always_inline)) {
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) rows[row].of[r][c] -= transposed ? k.of[c][r] : k.of[r][c];
+    };
+    for (int j = 1; j < Shape::kNodes; ++j) {
+      TangentColumns<L> columns;
+      columns_of(a, b[j], columns);
+      for (int i = j; i < Shape::kNodes; ++i) {
+        LaneMatrix<L> k;
+        block(columns, b[i], k);
+        more(i, j, k);
+        put(i, j, k);
+        subtract(i, k, false);
+        if (i != j) subtract(j, k, true);
+      }
+      put(j, 0, rows[j]);
+      subtract(0, rows[j], false);
+    }
+    put(0, 0, rows[0]);
+  }
+};
+
+template <class Shape>
+struct LinearisationLoop {
+  template <std::size_t N>
+  PALPATE_INLINE static void run(const ElementMaterial& m, const ElementGroup<Shape>& group, const double* x,
+                                 const std::array<ElementTangent<Shape>*, kElementLanes>& tangents) {
+    using L = Lanes<double, N>;
+    for_parts<N>(
+        group, [&](const auto& part) __attribute__((always_inline)) {
+          LaneGradient<L, Shape::kColumns> at;
+          LaneMatrix<L> h;
+          LaneModuli<L> moduli;
+          Tangent<L> a;
+          part.gradient(x, at);
+          displacement_gradient(at, h);
+          part.moduli(m, 1, moduli);
+          Variants<TangentLoop>::at<N>(*m.law, moduli, h, false, a);
+          for (std::size_t l = 0; l < part.used(); ++l) {
+            ElementTangent<Shape>& to = *tangents[part.from + l];
+            for (int n = 0; n < 45; ++n) to.elastic[n] = a.of[n][l];
+            for (int r = 0; r < 3; ++r)
+              for (int c = 0; c < Shape::kColumns; ++c) to.gradient[r][c] = at.of[r][c][l];
+          }
+        });
+  }
+};
+
+/// Four columns side by side, of one element after the other: the same at every width.
+template <class Shape>
+struct ProductLoop {
+  using L = Lanes<double, kColumnLanes>;
+  using Gradient = LaneGradient<L, Shape::kColumns>;
+
+  template <std::size_t N>
+  PALPATE_INLINE static void run(const ElementProducts<Shape>& elements, const NodeLanes* y, double c_k, double c_d,
+                                 NodeLanes* k_y, NodeLanes* d_y) {
+    for (std::size_t e = 0; e < elements.cells.size(); ++e) {
+      const ElementCell<Shape>& cell = elements.cells[e];
+      const Shape& shape = elements.shapes[cell.shape];
+      const ElementTangent<Shape>& at = elements.tangents[e];
+      const ElementMaterial& m = elements.materials[cell.material];
+      Gradient change{}, p{};
+      for (int i = 0; i < Shape::kNodes; ++i) {
+        const NodeLanes& of = y[cell.nodes[static_cast<std::size_t>(i)]];
+        for (int c = 0; c < Shape::kColumns; ++c) {
+          const double g = c < 3 ? shape.b(c, i) : shape.gamma(c - 3, i);
+          add(g, of.x, change.of[0][c]), add(g, of.y, change.of[1][c]), add(g, of.z, change.of[2][c]);
+        }
+      }
+      add_elastic(shape, at, change, p);
+      for (auto& row : p.of)
+        for (L& part : row) part *= c_k;
+      if (!m.is_viscous()) {
+        scatter(cell, shape, p, k_y);
+        continue;
+      }
+      if (k_y != d_y) {
+        scatter(cell, shape, p, k_y);
+        p = {};
+      }
+      add_viscous(m, c_d, shape, at, change, p);
+      scatter(cell, shape, p, d_y);
+    }
+  }
+
+ private:
+  PALPATE_INLINE static void add(double a, const double (&of)[kColumnLanes], L& to) {
+    add_product(a, lanes(of), reinterpret_cast<FourDoubles&>(to));
+  }
+  PALPATE_INLINE static void add(double a, const L& of, L& to) {
+    add_product(a, reinterpret_cast<const FourDoubles&>(of), reinterpret_cast<FourDoubles&>(to));
+  }
+
+  PALPATE_INLINE static void add_elastic(const Shape& shape, const ElementTangent<Shape>& at, const Gradient& change,
+                                         Gradient& p) {
+    for (int i = 0; i < 9; ++i)
+      for (int k = 0; k < 9; ++k)
+        add(at.elastic[tangent_index(std::min(i, k), std::max(i, k))], change.of[k / 3][k % 3], p.of[i / 3][i % 3]);
+    for (int a = 0; a < Shape::kModes; ++a)
+      for (int r = 0; r < 3; ++r) p.of[r][3 + a] += shape.k[static_cast<std::size_t>(a)] * change.of[r][3 + a];
+  }
+
+  PALPATE_INLINE static void add_viscous(const ElementMaterial& m, double c_d, const Shape& shape,
+                                         const ElementTangent<Shape>& at, const Gradient& change, Gradient& p) {
+    // add_generalised_viscous_stress() in fused multiply-adds
+    const double viscous = c_d * m.damping_s, mu = viscous * shape.volume_m3 * m.mu,
+                 lambda = viscous * shape.volume_m3 * m.lambda;
+    const auto& f = at.gradient;
+    L strain[3][3] = {};  // F^T dF, then its second Piola-Kirchhoff stress
+    for (int k = 0; k < 3; ++k)
+      for (int s = 0; s < 3; ++s)
+        for (int r = 0; r < 3; ++r) add(f[r][k], change.of[r][s], strain[k][s]);
+    const L volume = lambda * (strain[0][0] + strain[1][1] + strain[2][2]);
+    for (int k = 0; k < 3; ++k)
+      for (int s = 0; s < 3; ++s) {
+        const L stress = mu * (strain[k][s] + strain[s][k]) + (k == s ? volume : L{});
+        for (int r = 0; r < 3; ++r) add(f[r][k], stress, p.of[r][s]);
+      }
+    for (int a = 3; a < Shape::kColumns; ++a)
+      for (int k = 0; k < 3; ++k) {
+        L push{};  // of F^T q
+        for (int r = 0; r < 3; ++r) add(f[r][a], change.of[r][k], push), add(f[r][k], change.of[r][a], push);
+        push *= viscous * shape.k[static_cast<std::size_t>(a - 3)];
+        for (int r = 0; r < 3; ++r) add(f[r][a], push, p.of[r][k]), add(f[r][k], push, p.of[r][a]);
+      }
+  }
+
+  PALPATE_INLINE static void scatter(const ElementCell<Shape>& cell, const Shape& shape, const Gradient& p, NodeLanes* to) {
+    for (int i = 0; i < Shape::kNodes; ++i) {
+      NodeLanes& of = to[cell.nodes[static_cast<std::size_t>(i)]];
+      for (int c = 0; c < Shape::kColumns; ++c) {
+        const double g = c < 3 ? shape.b(c, i) : shape.gamma(c - 3, i);
+        add_product(g, reinterpret_cast<const FourDoubles&>(p.of[0][c]), reinterpret_cast<FourDoubles&>(of.x));
+        add_product(g, reinterpret_cast<const FourDoubles&>(p.of[1][c]), reinterpret_cast<FourDoubles&>(of.y));
+        add_product(g, reinterpret_cast<const FourDoubles&>(p.of[2][c]), reinterpret_cast<FourDoubles&>(of.z));
+      }
+    }
+  }
+};
+
+template <class Shape, class Loop, typename... Arguments>
+void put_variants(void (*ElementLoops<Shape>::*member)(Arguments...), std::vector<ElementLoops<Shape>>& loops) {
+  const auto variants = Variants<Loop>::template all<Arguments...>();
+  loops.resize(variants.size());
+  for (std::size_t k = 0; k < variants.size(); ++k) {
+    loops[k].width = variants[k].width;
+    loops[k].*member = variants[k].run;
+  }
+}
+
+}  // namespace
+
+template <class Shape>
+std::vector<EightNumbers> ShapeNumbers<Shape>::of(std::span<const Shape* const> shapes) {
+  std::vector<EightNumbers> numbers(kSize, EightNumbers{});
+  for (std::size_t l = 0; l < shapes.size(); ++l) {
+    const SharedNumbers<2, Shape> shape{*shapes[l]};
+    numbers[0].of[l] = shape.volume();
+    for (int a = 0; a < Shape::kModes; ++a) numbers[kModesAt + static_cast<std::size_t>(a)].of[l] = shape.k(a);
+    for (int i = 0; i < Shape::kNodes; ++i)
+      for (int c = 0; c < Shape::kColumns; ++c)
+        numbers[gradient_at(static_cast<std::size_t>(i), static_cast<std::size_t>(c))].of[l] = shape.g(i, c);
+  }
+  return numbers;
+}
+
+template <class Shape>
+std::span<const ElementLoops<Shape>> element_loops() {
+  static const std::vector<ElementLoops<Shape>> loops = [] {
+    std::vector<ElementLoops<Shape>> all;
+    put_variants<Shape, ForceLoop<Shape>>(&ElementLoops<Shape>::add_forces, all);
+    put_variants<Shape, BlockLoop<Shape>>(&ElementLoops<Shape>::blocks, all);
+    put_variants<Shape, LinearisationLoop<Shape>>(&ElementLoops<Shape>::tangents, all);
+    put_variants<Shape, ProductLoop<Shape>>(&ElementLoops<Shape>::add_products, all);
+    return all;
+  }();
+  return loops;
+}
+
+template struct ShapeNumbers<TetraShape>;
+template struct ShapeNumbers<HexaShape>;
+template std::span<const ElementLoops<TetraShape>> element_loops();
+template std::span<const ElementLoops<HexaShape>> element_loops();
+
+}  // namespace palpate

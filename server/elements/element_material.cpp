@@ -1,0 +1,93 @@
+#include "server/elements/element_material.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cassert>
+#include <cmath>
+
+#include "common/mechanics/viscosity.hpp"
+#include "server/elements/law_loops.hpp"
+
+namespace palpate {
+namespace {
+
+using Pair = Lanes<double, 2>;
+
+/// Returns F - `rest`, the first in one lane and the second in the other.
+LaneMatrix<Pair> pair_of(const Mat3& first, const Mat3& second, double rest) {
+  LaneMatrix<Pair> m;
+  for (int k = 0; k < 9; ++k) {
+    const double of_rest = k % 4 == 0 ? rest : 0;
+    m.of[k / 3][k % 3] = Pair{first(k / 3, k % 3) - of_rest, second(k / 3, k % 3) - of_rest};
+  }
+  return m;
+}
+Mat3 lane_of(const LaneMatrix<Pair>& m, std::size_t lane) {
+  return Mat3::NullaryExpr([&](Eigen::Index r, Eigen::Index c) { return m.of[r][c][lane]; });
+}
+LaneModuli<Pair> moduli_of(const ElementMaterial& m) { return {Pair{} + m.mu, Pair{} + m.lambda}; }
+
+Tangent<Pair> tangents_at(const ElementMaterial& m, const Mat3& first, const Mat3& second, bool clamp) {
+  Tangent<Pair> a;
+  Variants<TangentLoop>::at<2>(*m.law, moduli_of(m), pair_of(first, second, 1), clamp, a);
+  return a;
+}
+
+}  // namespace
+
+ElementMaterial::ElementMaterial(const SolidMaterial& material)
+    : law(std::make_shared<const Elasticity>(material.parameters())),
+      kind(material.law),
+      has_fibres(material.fibres.share > 0),
+      damping_s(material.damping_s) {
+  assert(material.young_pa > 0 && material.poisson > -1 && material.poisson < 0.5 && damping_s >= 0);
+  const LameParameters lame = lame_parameters(material.law, material.young_pa, material.poisson);
+  mu = lame.mu, lambda = lame.lambda;
+}
+
+double elastic_energy_density(const ElementMaterial& m, const Mat3& f) {
+  Pair psi;
+  m.law->energy(moduli_of(m), pair_of(f, f, 1), psi);
+  return psi[0];
+}
+
+Mat3 elastic_stress(const ElementMaterial& m, const Mat3& f) {
+  LaneMatrix<Pair> p{};
+  Variants<StressLoop>::at<2>(*m.law, moduli_of(m), pair_of(f, f, 1), p);
+  return lane_of(p, 0);
+}
+
+Mat3 viscous_stress(const ElementMaterial& m, const Mat3& f, const Mat3& f_rate) {
+  LaneMatrix<Pair> p{};
+  const LaneModuli<Pair> moduli = moduli_of(m);
+  const Pair mu = m.damping_s * moduli.mu, lambda = m.damping_s * moduli.lambda;
+  add_viscous_stress(mu, lambda, pair_of(f, f, 0), pair_of(f_rate, f_rate, 0), p);
+  return lane_of(p, 0);
+}
+
+Mat9 elastic_tangent(const ElementMaterial& m, const Mat3& f, bool clamp) {
+  const Tangent<Pair> a = tangents_at(m, f, f, clamp);
+  return Mat9::NullaryExpr([&](Eigen::Index i, Eigen::Index k) { return a.at(static_cast<int>(i), static_cast<int>(k))[0]; });
+}
+
+Mat3 second_order_stress(const ElementMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  constexpr double kChange = 2e-5;  // step of F
+  const double size = df_2.norm();
+  if (size == 0) return Mat3::Zero();
+  const Mat3 way = (kChange / size) * df_2;
+  const Tangent<Pair> a = tangents_at(m, f + way, f - way, false);
+  LaneMatrix<Pair> dp;
+  a.apply(pair_of(df_1, df_1, 0), dp);
+  return (lane_of(dp, 0) - lane_of(dp, 1)) * (size / (2 * kChange));
+}
+
+void drop_negative_eigenvalues(double (&tangent)[45]) {
+  const Mat9 a = Mat9::NullaryExpr([&](Eigen::Index i, Eigen::Index k) {
+    return tangent[tangent_index(static_cast<int>(std::min(i, k)), static_cast<int>(std::max(i, k)))];
+  });
+  const Eigen::SelfAdjointEigenSolver<Mat9> eigen(a);
+  const Mat9 without = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+  for (int i = 0; i < 9; ++i)
+    for (int k = i; k < 9; ++k) tangent[tangent_index(i, k)] = without(i, k);
+}
+
+}  // namespace palpate

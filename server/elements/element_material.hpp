@@ -1,0 +1,35 @@
+// The material of finite elements: a law of elasticity (common/mechanics/laws.hpp), its moduli, and its viscosity
+// (common/mechanics/viscosity.hpp). Functions of one deformation gradient F; in lanes: law_loops.hpp.
+#pragma once
+
+#include <memory>
+
+#include "common/base/types.hpp"
+#include "server/scene/scene.hpp"
+
+namespace palpate {
+
+class Elasticity;
+
+struct ElementMaterial {
+  explicit ElementMaterial(const SolidMaterial& material);
+  bool is_viscous() const { return damping_s > 0; }
+  std::shared_ptr<const Elasticity> law;
+  SolidLaw kind;
+  bool has_fibres;
+  double mu, lambda;  ///< Lame's parameters of small strains [Pa]
+  double damping_s;   ///< t, the viscous moduli over the elastic ones [s]
+};
+
+/// 9 x 9, in the order of F's entries row by row.
+using Mat9 = Eigen::Matrix<double, 9, 9>;
+
+double elastic_energy_density(const ElementMaterial& material, const Mat3& f);
+Mat3 elastic_stress(const ElementMaterial& material, const Mat3& f);
+Mat3 viscous_stress(const ElementMaterial& material, const Mat3& f, const Mat3& f_rate);
+/// Returns A = dP/dF; `clamp` projects it onto the positive semi-definite matrices.
+Mat9 elastic_tangent(const ElementMaterial& material, const Mat3& f, bool clamp);
+/// Returns d^2 P / dF^2 [dF_1, dF_2], a central difference of A along dF_2: P(F + dF) = P + A dF + 1/2 d^2P[dF, dF] + ...
+Mat3 second_order_stress(const ElementMaterial& material, const Mat3& f, const Mat3& df_1, const Mat3& df_2);
+
+}  // namespace palpate
