@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bench/paper/chain.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/reduce/block_scaling.hpp"
 #include "server/scene/lattice.hpp"
