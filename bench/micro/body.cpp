@@ -8,7 +8,6 @@
 // D + K, s = 13 / s, to 1e-3. CG starts from zero; factorise is Eigen's sparse L D L^T.
 #include <cmath>
 #include <memory>
-#include <type_traits>
 
 #include "bench/micro/benchmarks.hpp"
 #include "bench/micro/fixtures.hpp"
@@ -19,7 +18,6 @@
 #include "server/body/explicit_integrator.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/body/spring_blocks.hpp"
-#include "server/body/stabilised_integrator.hpp"
 #include "server/reduce/frame_model.hpp"
 #include "server/reduce/static_indentation.hpp"
 
@@ -139,16 +137,17 @@ void body_hexahedra(benchmark::State& state, const std::string& name) {
 }
 
 /// Steps of a body shared by `threads` threads: wall clock.
-template <typename Steps>
+template <IntegratorKind kKind>
 void body_steps(benchmark::State& state, const std::string& name, std::size_t threads) {
   constexpr double kFrameS = 0.050, kStepS = 0.010;
+  constexpr auto kStages = kKind == IntegratorKind::leapfrog ? ExplicitIntegrator::Stages::one : ExplicitIntegrator::Stages::more;
   BodyCase body(name);
   const Skin nothing_to_touch;
-  Steps stepper = [&] {
-    if constexpr (std::is_same_v<Steps, Integrator>)
-      return Steps(body.dynamics, nothing_to_touch, {});
+  auto stepper = [&] {
+    if constexpr (kKind == IntegratorKind::tr_bdf2)
+      return Integrator(body.dynamics, nothing_to_touch, {});
     else
-      return Steps(body.dynamics, nothing_to_touch);
+      return ExplicitIntegrator(body.dynamics, nothing_to_touch, kStages);
   }();
   SpinningThreadPool pool(threads);
   stepper.use_threads(pool);
@@ -283,10 +282,10 @@ void add_body_benchmarks() {
   for (const char* body : {"cube20", "cube30"})
     for (const std::size_t threads : {1, 2}) {
       const std::string which = std::string(body) + "/threads:" + std::to_string(threads);
-      benchmark::RegisterBenchmark(("body/leapfrog/" + which).c_str(), body_steps<ExplicitIntegrator>, body, threads)
+      benchmark::RegisterBenchmark(("body/leapfrog/" + which).c_str(), body_steps<IntegratorKind::leapfrog>, body, threads)
           ->UseRealTime()
           ->MinTime(0.5);
-      benchmark::RegisterBenchmark(("body/stabilised/" + which).c_str(), body_steps<StabilisedIntegrator>, body, threads)
+      benchmark::RegisterBenchmark(("body/stabilised/" + which).c_str(), body_steps<IntegratorKind::stabilised>, body, threads)
           ->UseRealTime()
           ->MinTime(0.5);
     }
@@ -300,12 +299,12 @@ void add_body_benchmarks() {
   };
   for (const std::size_t threads : {1, 2}) {
     for (const char* body : {"hexahedra11", "hexahedra20", "hexahedra32"})
-      add_steps("leapfrog", body, body_steps<ExplicitIntegrator>, threads);
+      add_steps("leapfrog", body, body_steps<IntegratorKind::leapfrog>, threads);
     for (const char* body : {"hexahedra11-damped", "hexahedra20-damped"})
-      add_steps("stabilised", body, body_steps<StabilisedIntegrator>, threads);
+      add_steps("stabilised", body, body_steps<IntegratorKind::stabilised>, threads);
   }
   for (const char* body : {"hexahedra11", "hexahedra11-damped", "hexahedra20", "hexahedra20-damped"})
-    add_steps("implicit", body, body_steps<Integrator>, 1);
+    add_steps("implicit", body, body_steps<IntegratorKind::tr_bdf2>, 1);
   for (const char* body : {"cube6", "cube15", "organ-buckling"})
     benchmark::RegisterBenchmark((std::string("body/indentations/") + body).c_str(), body_indentations, body)->MinTime(0.1);
   for (const char* body : {"cube14", "cube20", "cube30"})

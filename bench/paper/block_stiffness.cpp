@@ -7,6 +7,7 @@
 
 #include "bench/paper/block_scaling.hpp"
 #include "bench/paper/chain.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/body/linear_solver.hpp"
 #include "server/scene/lattice.hpp"
 

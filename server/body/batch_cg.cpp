@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "server/body/node_sum.hpp"
 #include "server/elements/fused.hpp"
 
 namespace palpate {
@@ -20,29 +21,15 @@ static_assert(sizeof(Wide) == kLanes * sizeof(float));
 [[gnu::always_inline]] inline Wide& wide(float (&lanes)[kLanes]) { return *reinterpret_cast<Wide*>(lanes); }
 [[gnu::always_inline]] inline const Wide& wide(const float (&lanes)[kLanes]) { return *reinterpret_cast<const Wide*>(lanes); }
 
-/// A sum over nodes: a few in single precision, these in double.
-class Sum {
- public:
-  [[gnu::always_inline]] void add(const Wide& term) {
-    wide(few_) += term;
-    if (++count_ == kFew) flush();
-  }
-  BatchConjugateGradients::Lanes total() {
-    flush();
-    return total_;
-  }
-
- private:
-  static constexpr int kFew = 16;
-  void flush() {
-    for (int c = 0; c < kLanes; ++c) total_.v[c] += static_cast<double>(few_[c]);
-    std::fill(std::begin(few_), std::end(few_), 0.0F);
-    count_ = 0;
-  }
-  alignas(sizeof(Wide)) float few_[kLanes] = {};
-  BatchConjugateGradients::Lanes total_;
-  int count_ = 0;
+struct EightLanes {
+  using Term = Wide;
 };
+using Sum = NodeSum<EightLanes>;
+BatchConjugateGradients::Lanes total(Sum& sum) {
+  BatchConjugateGradients::Lanes lanes;
+  std::ranges::copy(sum.total(), lanes.v);
+  return lanes;
+}
 
 [[gnu::always_inline]] inline void narrow(const BatchConjugateGradients::Lanes& numbers, Wide& to) {
   for (int c = 0; c < kLanes; ++c) to[c] = static_cast<float>(numbers.v[c]);
@@ -103,7 +90,7 @@ BatchConjugateGradients::Lanes BatchConjugateGradients::multiply() {
     wide(out[i].x) += sx, wide(out[i].y) += sy, wide(out[i].z) += sz;
     sum.add(px * wide(out[i].x) + py * wide(out[i].y) + pz * wide(out[i].z));
   }
-  return sum.total();
+  return total(sum);
 }
 
 /// x += alpha p, r -= alpha A p, z = what the nodes' blocks make of r, and P^T r.
@@ -134,8 +121,8 @@ void BatchConjugateGradients::advance(const Lanes& alpha, Lanes& rr, Lanes& rz) 
     wide(to[4].v) += a[2] * rx - a[0] * rz_i;
     wide(to[5].v) += a[0] * ry - a[1] * rx;
   }
-  rr = sum_rr.total();
-  rz = sum_rz.total();
+  rr = total(sum_rr);
+  rz = total(sum_rz);
   if (!coarse_r_.empty()) add_coarse(rz);
 }
 
@@ -157,7 +144,7 @@ void BatchConjugateGradients::add_coarse(Lanes& rz) {
       sum.add(total[m] * wide(coarse_r_[k + m].v));
     }
   }
-  const Lanes more = sum.total();
+  const Lanes more = total(sum);
   for (int c = 0; c < kColumns; ++c) rz.v[c] += more.v[c];
 }
 

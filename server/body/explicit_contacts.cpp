@@ -10,6 +10,14 @@ Vec3 ExplicitContact::gather(const NodeArrays& y) const {
   return sum;
 }
 
+double ExplicitContact::softness_1_kg(const ExplicitContact& other, const ExplicitBody& body) const {
+  double sum = 0;
+  for (const auto& [node, weight] : b)
+    for (const auto& [same, its_weight] : other.b)
+      if (node == same) sum += weight * its_weight * body.inverse_mass(node);
+  return sum;
+}
+
 void ExplicitContacts::take(const BodyState& state, const std::vector<ToolPort>& ports) {
   contacts_.assign(ports.size(), {});
   looked_for_s_.assign(ports.size(), state.time_s);
@@ -37,33 +45,31 @@ void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& por
   }
 }
 
-const std::vector<std::size_t>& ExplicitContacts::meet(const ExplicitBody& body, const std::vector<ToolPort>& ports, double end_s,
-                                                       double ahead_s, const ToolMotion& tools) {
-  touching_.clear();
+std::vector<std::size_t> ExplicitContacts::meet(const std::vector<ToolPort>& ports, double end_s, const ToolMotion& tools) {
+  std::vector<std::size_t> touching;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || !ports[k].touching) continue;
-    refreshed(body, k, ports[k].point);
-    look_again(body, k, ahead_s);
+    refreshed(k, ports[k].point);
     contacts_[k].tool = tools(k, end_s).position;
-    touching_.push_back(k);
+    touching.push_back(k);
   }
-  return touching_;
+  return touching;
 }
 
-void ExplicitContacts::look_again(const ExplicitBody& body, std::size_t k, double ahead_s) {
+void ExplicitContacts::look_again(const ExplicitBody& body, std::size_t k) {
   for (const std::uint32_t i : contacts_[k].around) {
     Vec3 at = body.body().nodes[i];
-    for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * (body.u.at(j) + ahead_s * body.v.at(j));
+    for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * body.u.at(j);
     Eigen::Map<Vec3>(skin_positions_.data() + 3 * std::size_t{i}) = at;
   }
   contacts_[k].normal = normal_at(skin_->view(), skin_positions_, contacts_[k].point);
 }
 
-bool ExplicitContacts::slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port) {
+bool ExplicitContacts::slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, ToolPort& port) {
   if (!(slip.norm() > kSlipToleranceM)) return false;
   port.point = slide(skin_->view(), skin_positions_, port.point, slip);
-  refreshed(body, k, port.point);
-  look_again(body, k, ahead_s);
+  refreshed(k, port.point);
+  look_again(body, k);
   return true;
 }
 
@@ -74,7 +80,7 @@ void ExplicitContacts::finish(std::size_t k, const Vec3& slip, const Vec3& end, 
   if (slip.squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slip);
 }
 
-const ExplicitContact& ExplicitContacts::refreshed(const ExplicitBody& body, std::size_t k, const SurfacePoint& point) {
+const ExplicitContact& ExplicitContacts::refreshed(std::size_t k, const SurfacePoint& point) {
   ExplicitContact& contact = contacts_[k];
   if (contact.valid && contact.point.triangle == point.triangle && contact.point.weight == point.weight) return contact;
   if (!contact.valid || contact.point.triangle != point.triangle) contact.around = vertices_around(point.triangle);
@@ -82,8 +88,6 @@ const ExplicitContact& ExplicitContacts::refreshed(const ExplicitBody& body, std
   contact.point = point;
   contact.b = skin_->weights(point);
   contact.at_rest = position_at(skin_->view(), skin_->rest(), point);
-  contact.softness_1_kg = 0;
-  for (const auto& [node, weight] : contact.b) contact.softness_1_kg += weight * weight * body.inverse_mass(node);
   return contact;
 }
 

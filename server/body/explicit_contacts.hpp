@@ -19,10 +19,11 @@ struct ExplicitContact {
   Skin::Weights b;
   std::vector<std::uint32_t> around;                 // vertices that are kept up to date
   Vec3 at_rest = Vec3::Zero();                       // p at zero displacement
-  double softness_1_kg = 0;                          // B^T M^-1 B
   Vec3 tool = Vec3::Zero(), normal = Vec3::UnitZ();  // at the step's end; outward
   /// Returns B^T y.
   Vec3 gather(const NodeArrays& y) const;
+  /// Returns B^T M^-1 B_other.
+  double softness_1_kg(const ExplicitContact& other, const ExplicitBody& body) const;
 };
 
 class ExplicitContacts {
@@ -34,29 +35,26 @@ class ExplicitContacts {
   void take(const BodyState& state, const std::vector<ToolPort>& ports);
   /// Starts the contact of tools that have come inside since they were last checked.
   void look(const ExplicitBody& body, std::vector<ToolPort>& ports, double at_s, const ToolMotion& tools);
-  /// Returns the ports that touch, with their contacts prepared for a step to `end_s` and the surface extrapolated by its
-  /// velocities over `ahead_s`.
-  const std::vector<std::size_t>& meet(const ExplicitBody& body, const std::vector<ToolPort>& ports, double end_s, double ahead_s,
-                                       const ToolMotion& tools);
-  /// Updates the surface around a contact and its normal, extrapolated by the velocities over `ahead_s`.
-  void look_again(const ExplicitBody& body, std::size_t k, double ahead_s);
+  /// Returns the ports that touch, with their contacts prepared for a step to `end_s`.
+  std::vector<std::size_t> meet(const std::vector<ToolPort>& ports, double end_s, const ToolMotion& tools);
+  /// Updates the surface around a contact and its normal.
+  void look_again(const ExplicitBody& body, std::size_t k);
   /// Moves the port by `slip` and prepares its contact there, if the slip is large enough to solve the contact again (more than
   /// kSlipToleranceM); returns true if so.
-  bool slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, double ahead_s, ToolPort& port);
+  bool slide_on(const ExplicitBody& body, std::size_t k, const Vec3& slip, ToolPort& port);
   /// Applies the result of a step's contact, with the port's lambda and its point at `end`: it continues, slides along the
   /// surface, or ends.
   void finish(std::size_t k, const Vec3& slip, const Vec3& end, double end_s, ToolPort& port);
   ExplicitContact& operator[](std::size_t k) { return contacts_[k]; }
   const ExplicitContact& operator[](std::size_t k) const { return contacts_[k]; }
-  const ExplicitContact& refreshed(const ExplicitBody& body, std::size_t k, const SurfacePoint& point);
+  const ExplicitContact& refreshed(std::size_t k, const SurfacePoint& point);
 
  private:
   std::vector<std::uint32_t> vertices_around(std::uint32_t triangle) const;
 
   const Skin* skin_;
   std::vector<ExplicitContact> contacts_;  // one per port
-  std::vector<std::size_t> touching_;
-  std::vector<double> looked_for_s_;  // next time at which a port that does not touch is checked
+  std::vector<double> looked_for_s_;       // next time at which a port that does not touch is checked
   std::vector<double> skin_positions_;
 };
 

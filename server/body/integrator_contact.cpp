@@ -26,27 +26,22 @@ bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const Body
 
 void Integrator::update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,
                                   AdvanceReport& report) {
-  std::vector<std::size_t> stale;
   for (const std::size_t k : touching) {
     PortResponse& r = responses_[k];
     r.b = skin_->weights(ports[k].point);
     const auto way_m = [&] {
       return (skin_->position(ports[k].point, r.b, x) - skin_->position(r.point, skin_->weights(r.point), x)).norm();
     };
-    if (!r.valid || way_m() > kNearSpacings * spacing_m_) stale.push_back(k);
-  }
-  std::vector<Vector> b(3 * stale.size(), Vector::Zero(x.size()));
-  std::vector<SolveColumn> columns;
-  for (std::size_t i = 0; i < stale.size(); ++i)
+    if (r.valid && way_m() <= kNearSpacings * spacing_m_) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      scatter(responses_[stale[i]].b, Vec3::Unit(static_cast<Eigen::Index>(axis)), b[3 * i + axis]);
-      mask(held_, b[3 * i + axis]);
-      columns.push_back({&b[3 * i + axis], &responses_[stale[i]].w[axis]});
+      Vector b = Vector::Zero(x.size());
+      scatter(r.b, Vec3::Unit(static_cast<Eigen::Index>(axis)), b);
+      mask(held_, b);
+      r.w[axis].resize(0);
+      report.solver_iterations += solver_.solve(b, options_.solve_tolerance, r.w[axis]).iterations;
     }
-  if (!columns.empty()) report.solver_iterations += solver_.solve(columns, options_.solve_tolerance, held_).iterations;
-  for (const std::size_t k : stale) {
-    responses_[k].point = ports[k].point;
-    responses_[k].valid = true;
+    r.point = ports[k].point;
+    r.valid = true;
   }
 }
 

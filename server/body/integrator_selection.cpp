@@ -6,13 +6,12 @@
 
 #include "common/base/error.hpp"
 #include "server/body/explicit_integrator.hpp"
-#include "server/body/stabilised_integrator.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kExplicitNs = 0.7, kStabilisedNs = 1.0, kImplicitNs = 32, kImplicitHexaNs = 75, kNewton = 6.6,
-                 kExplicitWorth = 2, kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
+constexpr double kEvaluationNs = 0.8, kSpringNs = 130, kTetraNs = 210, kHexaNs = 300, kExplicitWorth = 2, kStabilisedWorth = 2,
+                 kLeapfrogMost = 0.05;
 
 constexpr const char* kExplicitBodies =
     "explicit steps are for linear or stiffening springs, and for hexahedra that do not fade and have no capsule";
@@ -31,43 +30,34 @@ Candidate candidate(std::unique_ptr<Stepper> stepper, const char* name, const st
   return {std::move(stepper), fmt::format("{}, {}, about {} % of a core", name, steps, share), cost, step_s};
 }
 
-/// Of an evaluation of all forces.
-double evaluation_s(const ExplicitStepper& stepper, double spring_ns) {
-  return 1e-9 * static_cast<double>(stepper.springs()) * spring_ns + stepper.hexahedra().evaluation_s();
-}
-
 /// In steps as long as the scene allows, or `finely`: in those that take no more than kAffordable of a core.
 Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, bool finely) {
   constexpr double kAffordable = 0.1, kShortestS = 0.0025;
   constexpr double kFading = 4;  // a step of 150 nodes of tetrahedra takes so much longer where their stress fades
-  const double edge_ns = dynamics.body().hexahedra.empty() ? kImplicitNs : kImplicitHexaNs;
+  const LumpedBody& body = dynamics.body();
+  const double edge_ns = !body.is_solid() ? kSpringNs : body.hexahedra.empty() ? kTetraNs : kHexaNs;
   const double fading = !dynamics.relaxation().empty() && !dynamics.body().tetrahedra.empty() ? kFading : 1;
-  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * edge_ns * kNewton * fading;
+  const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * edge_ns * fading;
   double step_s = scene.solver.step_s;
   if (finely) step_s = std::min(step_s, std::max(kShortestS, step_cost_s / kAffordable));
   return candidate(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",
                    fmt::format("steps of {:.2g} ms", 1e3 * step_s), step_cost_s / step_s, step_s);
 }
 
-Candidate leapfrog_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
-  auto leapfrog = std::make_unique<ExplicitIntegrator>(dynamics, skin, spectrum);
-  const double step_s = std::min(leapfrog->step_s(), scene.solver.step_s);
-  const double cost = evaluation_s(*leapfrog, kExplicitNs) / step_s;
-  const bool may_resonate = leapfrog->may_resonate();
-  Candidate made =
-      candidate(std::move(leapfrog), "explicit", fmt::format("steps of {:.2g} ms", 1e3 * step_s), cost, scene.solver.step_s);
+/// Without a stepper where the body's damping is too low for it.
+Candidate explicit_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, ExplicitIntegrator::Stages of,
+                             const Spectrum& spectrum) {
+  auto stepper = std::make_unique<ExplicitIntegrator>(dynamics, skin, of, spectrum);
+  const auto [stages, h] = stepper->plan(scene.solver.step_s, scene.tool.contact);
+  if (stages == 0) return {};
+  const double evaluation_s =
+      1e-9 * static_cast<double>(stepper->springs()) * kEvaluationNs + stepper->hexahedra().evaluation_s();
+  const bool may_resonate = stepper->may_resonate();
+  const std::string steps = fmt::format("{}steps of {:.2g} ms", stages > 1 ? fmt::format("{} stages in ", stages) : "", 1e3 * h);
+  Candidate made = candidate(std::move(stepper), stages > 1 ? "stabilised" : "explicit", steps, evaluation_s * stages / h,
+                             scene.solver.step_s);
   made.may_resonate = may_resonate;
   return made;
-}
-
-/// Without a stepper where the body's damping is too low for it.
-Candidate stabilised_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, const Spectrum& spectrum) {
-  auto stabilised = std::make_unique<StabilisedIntegrator>(dynamics, skin, spectrum);
-  const auto [stages, h] = stabilised->plan(scene.solver.step_s, scene.tool.contact);
-  if (stages == 0) return {};
-  const double cost = evaluation_s(*stabilised, kStabilisedNs) * stages / h;
-  return candidate(std::move(stabilised), "stabilised", fmt::format("{} stages in steps of {:.2g} ms", stages, 1e3 * h), cost,
-                   scene.solver.step_s);
 }
 
 ChosenStepper chosen(Candidate candidate, const std::string& why) {
@@ -88,12 +78,12 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
       return implicit_candidate(scene, dynamics, skin, false);
     case IntegratorKind::leapfrog:
       if (!covered) refuse("explicit", "\"tr-bdf2\"", kExplicitBodies);
-      return leapfrog_candidate(scene, dynamics, skin, spectrum_of(dynamics));
+      return explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, spectrum_of(dynamics));
     case IntegratorKind::stabilised:
       if (!covered) refuse("stabilised", "\"tr-bdf2\"", kExplicitBodies);
       break;
   }
-  Candidate stabilised = stabilised_candidate(scene, dynamics, skin, spectrum_of(dynamics));
+  Candidate stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, spectrum_of(dynamics));
   if (!stabilised.stepper) refuse("stabilised", "\"explicit\"", "the body has too little damping for stabilised steps");
   return stabilised;
 }
@@ -105,8 +95,8 @@ ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const
   if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kExplicitBodies);
   Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
   const Spectrum spectrum = spectrum_of(dynamics);
-  Candidate leapfrog = leapfrog_candidate(scene, dynamics, skin, spectrum),
-            stabilised = stabilised_candidate(scene, dynamics, skin, spectrum);
+  Candidate leapfrog = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, spectrum),
+            stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, spectrum);
   if (leapfrog.may_resonate) return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps");
   const bool grasped_solid = dynamics.body().is_solid() && scene.tool.contact == ContactKind::attach;
   const bool damped = stabilised.stepper && !grasped_solid && leapfrog.cost > kLeapfrogMost &&

@@ -1,12 +1,12 @@
 // Selection of a body's integrator: the cheapest that is stable, by how long its steps may be and what one costs.
 //
-//     explicit    (springs (with gaps) * kExplicitNs + hexahedra by their law) / its stable step
-//     stabilised  (springs (with gaps) * kStabilisedNs + hexahedra by their law) * stages / its step, which is shorter where the
-//                 scene's tools touch
-//     tr-bdf2     springs and edges of elements * kImplicitNs * kNewton / its longest step
+//     explicit    (springs (with gaps) * kEvaluationNs + hexahedra by their law) * stages / its step, which is shorter where it
+//                 has several stages and the scene's tools touch
+//     tr-bdf2     springs * kSpringNs or edges of elements * kTetraNs or kHexaNs / its longest step
 //
-// are the estimated costs of a second of body time. Stabilised steps have to be kStabilisedWorth times cheaper than leapfrog,
-// which is more accurate, and that has to take more than kLeapfrogMost of a core; explicit ones of either kind kExplicitWorth
+// are the estimated costs of a second of body time. Steps of several stages ("stabilised") have to be kStabilisedWorth times
+// cheaper than those of one, leapfrog, which is more accurate, and that has to take more than kLeapfrogMost of a core; explicit
+// ones of either kind kExplicitWorth
 // times cheaper than implicit ones, because the estimate leaves out what touching tools cost: of leapfrog a clipped lattice of
 // 1,500 nodes takes a third more than it says with two of them, three times as much with sixteen. A solid with hardly any dampers
 // is stepped explicitly only where the scene says so (ExplicitIntegrator::may_resonate()). One that is grasped has no stabilised

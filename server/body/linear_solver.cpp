@@ -4,32 +4,17 @@
 
 namespace palpate {
 
-LinearSolver::LinearSolver(std::uint32_t rows, Method method) : method_(method), small_(rows <= kDirectRowsMax) {}
+LinearSolver::LinearSolver(std::uint32_t rows, Method method)
+    : direct_(method == Method::direct || (method == Method::automatic && rows <= kDirectRowsMax)) {}
 
 bool LinearSolver::factorises(std::uint32_t nodes, bool planar) {
   constexpr std::uint32_t kFactorisedNodesMax = 100;  // measured: with 27 nodes it is as quick, with 125 and more it is not
   return nodes <= (planar ? kDirectRowsMax : kFactorisedNodesMax);
 }
 
-bool LinearSolver::wants_direct(const BlockMatrix& a) const {
-  if (method_ != Method::automatic) return method_ == Method::direct;
-  if (!small_) return false;
-  // Gershgorin: with off-diagonal sums below this share of the diagonal the condition number stays under 4.
-  constexpr double kDominance = 0.6;
-  for (std::uint32_t i = 0; i < a.rows(); ++i) {
-    Vec3 sum = Vec3::Zero();
-    for (std::uint32_t e = a.row_begin(i); e < a.row_end(i); ++e) sum += a.block(e).cwiseAbs().rowwise().sum();
-    const Vec3 diagonal = a.block(a.diagonal(i)).diagonal();
-    if (((sum - diagonal).array() > kDominance * diagonal.array()).any()) return true;
-  }
-  return false;
-}
-
 bool LinearSolver::factorise(const BlockMatrix& a) {
-  direct_ = wants_direct(a);
   if (direct_) return factorise_direct(a);
   a_ = &a;
-  batched_ = false;
   return ssor_.pack(a);
 }
 
@@ -64,18 +49,6 @@ SolveStats LinearSolver::solve(const Vector& b, double tolerance, Vector& x) {
   if (!direct_) return refine(b, tolerance, x);
   x = ldlt_.solve(b);
   return {};
-}
-
-SolveStats LinearSolver::solve(std::span<const SolveColumn> columns, double tolerance, const std::vector<std::uint8_t>& held) {
-  SolveStats stats;
-  if (direct_) {
-    for (const SolveColumn& column : columns) *column.x = ldlt_.solve(*column.b);
-    return stats;
-  }
-  if (!batched_) batch_.prepare(*a_, held);
-  batched_ = true;
-  stats.iterations = batch_.solve(columns, tolerance, stats.positive_definite);
-  return stats;
 }
 
 SolveStats LinearSolver::refine(const Vector& b, double tolerance, Vector& x) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/body/node_sum.hpp"
 #include "server/elements/fused.hpp"
 
 namespace palpate {
@@ -20,29 +21,14 @@ template <class Quad>
   return reinterpret_cast<const Four&>(quad.v);
 }
 
-/// A sum over nodes: a few in single precision, these in double.
-class Sum {
- public:
-  [[gnu::always_inline]] void add(const Four& term) {
-    few_ += term;
-    if (++count_ == kFew) flush();
-  }
-  double total() {
-    flush();
-    return total_[0] + total_[1] + total_[2] + total_[3];
-  }
-
- private:
-  static constexpr int kFew = 16;
-  void flush() {
-    for (int k = 0; k < 4; ++k) total_[k] += static_cast<double>(few_[k]);
-    few_ = Four{};
-    count_ = 0;
-  }
-  Four few_{};
-  double total_[4] = {};
-  int count_ = 0;
+struct FourLanes {
+  using Term = Four;
 };
+using Sum = NodeSum<FourLanes>;
+double total(Sum& sum) {
+  const auto lanes = sum.total();
+  return lanes[0] + lanes[1] + lanes[2] + lanes[3];
+}
 
 }  // namespace
 
@@ -163,7 +149,7 @@ int SsorConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, 
   Sum square;
   solve_lower(q_, r_, [&](std::size_t k) { square.add(four(r_[k]) * four(r_[k])); });
   p_ = r_;
-  double rr = square.total();
+  double rr = total(square);
   const double target = tolerance * tolerance * rr;
   int iterations = 0;
   const int limit = 3 * static_cast<int>(n) + 50;
@@ -176,7 +162,7 @@ int SsorConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, 
       four(q_[k]) = four(t_[k]) + four(y_[k]);  // A^ p
       bends.add(four(p_[k]) * four(q_[k]));
     });
-    const double curvature = bends.total();
+    const double curvature = total(bends);
     if (!(curvature > 0)) {
       positive_definite = false;
       break;
@@ -188,7 +174,7 @@ int SsorConjugateGradients::solve(const Vector& r, double tolerance, Vector& x, 
       four(r_[k]) -= alpha * four(q_[k]);
       next.add(four(r_[k]) * four(r_[k]));
     }
-    const double rr_next = next.total();
+    const double rr_next = total(next);
     const auto beta = static_cast<float>(rr_next / rr);
     for (std::size_t k = 0; k < n; ++k) four(p_[k]) = four(r_[k]) + beta * four(p_[k]);
     rr = rr_next;

@@ -1,9 +1,9 @@
 // Leapfrog against closed forms of one mode, against TR-BDF2 at a step at which that has converged, and against itself.
-#include "server/body/explicit_integrator.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/support/explicit_steppers.hpp"
 #include "tests/support/tool_bench.hpp"
 
 using namespace palpate;
@@ -23,11 +23,11 @@ TEST_CASE("The stable step is 2 / w without dampers, and 1 / g where they rule")
 
 TEST_CASE("A body held by a tool is moved as by an implicit integrator that has converged, to second order") {
   ToolBench bench(box_body(4, 4, 4));
-  ExplicitIntegrator leapfrog(bench.dynamics, bench.skin);
+  Leapfrog leapfrog(bench.dynamics, bench.skin);
   const Vec3 home = bench.body.nodes[bench.port.node];
   const auto way = [&](double t) { return Vec3(home + Vec3(0.004 * std::sin(12 * t), 0.003 * (1 - std::cos(9 * t)), 0)); };
   const auto truth = bench.felt(bench.fine, 0.0005, 0.5, way);
-  const double h = leapfrog.step_s();
+  const double h = leapfrog.plan(1, ContactKind::touch).h;
   REQUIRE(h > 2e-4);
   const double whole = ToolBench::apart(bench.felt(leapfrog, h, 0.5, way), truth);
   CHECK(whole < 0.01);
@@ -38,7 +38,7 @@ TEST_CASE("A body held by a tool is moved as by an implicit integrator that has 
 
 TEST_CASE("A tool that presses, strokes and lets go feels what it feels with an implicit integrator that has converged") {
   ToolBench bench(box_body(4, 4, 4), ContactKind::touch);
-  ExplicitIntegrator leapfrog(bench.dynamics, bench.skin);
+  Leapfrog leapfrog(bench.dynamics, bench.skin);
   const auto way = [](double t) {
     const double in_m = 0.005 * std::min({1.0, t / 0.1, std::max(0.0, (0.45 - t) / 0.05)});
     return Vec3(0.02 + 0.05 * std::max(0.0, t - 0.15), 0.031, kTopM + 0.001 - in_m);
@@ -54,7 +54,7 @@ TEST_CASE("A body without dampers swings on at its energy") {
   LumpedBody body = box_body(4, 4, 4);
   for (Element& e : body.elements) e.damping_n_s_m = 0;
   const Dynamics dynamics(body);
-  ExplicitIntegrator leapfrog(dynamics, Skin());
+  Leapfrog leapfrog(dynamics, Skin());
   BodyState state = random_state(dynamics, 3, 0.001, 0);
   std::vector<ToolPort> ports;
   const double begin_j = dynamics.energy(state);

@@ -1,18 +1,16 @@
 // Common behaviour of explicit integrators: the fallback for a body that becomes too stiff, and work shared by threads.
-#include "server/body/explicit_stepper.hpp"
 
 #include <catch2/catch.hpp>
 
 #include "common/io/spinning_thread_pool.hpp"
-#include "server/body/explicit_integrator.hpp"
-#include "server/body/stabilised_integrator.hpp"
 #include "tests/support/bodies.hpp"
+#include "tests/support/explicit_steppers.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
 
 TEMPLATE_TEST_CASE("Where stiffened springs would ask for too short steps, a frame is left to the implicit integrator and told",
-                   "", ExplicitIntegrator, StabilisedIntegrator) {
+                   "", Leapfrog, Stabilised) {
   LumpedBody body = box_body(4, 4, 4);
   body.law = SpringLaw::stiffening;
   body.stiffening = 4000;
@@ -27,8 +25,7 @@ TEMPLATE_TEST_CASE("Where stiffened springs would ask for too short steps, a fra
   CHECK(state.x.allFinite());
 }
 
-TEMPLATE_TEST_CASE("A body that threads share moves to the same bits as one that one thread moves", "", ExplicitIntegrator,
-                   StabilisedIntegrator) {
+TEMPLATE_TEST_CASE("A body that threads share moves to the same bits as one that one thread moves", "", Leapfrog, Stabilised) {
   const LumpedBody body = box_body(24, 22, 22);
   const Dynamics dynamics(body);
   const Skin skin(body);

@@ -7,9 +7,8 @@
 
 #include "common/base/error.hpp"
 #include "common/io/spinning_thread_pool.hpp"
-#include "server/body/explicit_integrator.hpp"
 #include "server/body/integrator_selection.hpp"
-#include "server/body/stabilised_integrator.hpp"
+#include "tests/support/explicit_steppers.hpp"
 #include "tests/support/tool_bench.hpp"
 
 using namespace palpate;
@@ -111,8 +110,8 @@ TEST_CASE("Hexahedra in single precision have the same bits at every width of th
 }
 
 TEMPLATE_TEST_CASE("A solid of hexahedra that a tool holds is moved explicitly as by an implicit integrator that has converged",
-                   "", ExplicitIntegrator, StabilisedIntegrator) {
-  constexpr bool kDamped = std::is_same_v<TestType, StabilisedIntegrator>;
+                   "", Leapfrog, Stabilised) {
+  constexpr bool kDamped = std::is_same_v<TestType, Stabilised>;
   ToolBench bench(hexa_box(5, 5, 5, soft(kDamped ? 0.01 : 0.0005)));
   TestType stepper(bench.dynamics, bench.skin);
   const Vec3 home = bench.body.nodes[bench.port.node];
@@ -123,8 +122,8 @@ TEMPLATE_TEST_CASE("A solid of hexahedra that a tool holds is moved explicitly a
 
 TEMPLATE_TEST_CASE(
     "A tool that presses a solid of hexahedra, strokes it and lets go feels what it feels with an implicit integrator", "",
-    ExplicitIntegrator, StabilisedIntegrator) {
-  constexpr bool kDamped = std::is_same_v<TestType, StabilisedIntegrator>;
+    Leapfrog, Stabilised) {
+  constexpr bool kDamped = std::is_same_v<TestType, Stabilised>;
   LumpedBody body = hexa_box(5, 5, 5, soft(kDamped ? 0.01 : 0.0005));
   if (GENERATE(false, true)) add_ligament(body);
   ToolBench bench(body, ContactKind::touch);
@@ -144,8 +143,8 @@ TEST_CASE("A solid without dampers that was bent far swings on at its energy, an
   const bool damped = GENERATE(false, true);
   const LumpedBody body = hexa_box(5, 5, 5, soft(damped ? 0.01 : 0));
   const Dynamics dynamics(body);
-  ExplicitIntegrator leapfrog(dynamics, Skin());
-  StabilisedIntegrator stabilised(dynamics, Skin());
+  Leapfrog leapfrog(dynamics, Skin());
+  Stabilised stabilised(dynamics, Skin());
   Stepper& stepper = damped ? static_cast<Stepper&>(stabilised) : leapfrog;
   BodyState state = dynamics.rest_state();
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
@@ -199,7 +198,7 @@ TEST_CASE("A solid that threads share moves to the same bits as one that one thr
   const Skin skin(body);
   const auto moved_by = [&](std::size_t threads) {
     SpinningThreadPool pool(threads);
-    ExplicitIntegrator stepper(dynamics, skin);
+    Leapfrog stepper(dynamics, skin);
     REQUIRE(stepper.hexahedra().size() >= ExplicitBody::kHexaWorthSharing);
     stepper.use_threads(pool);
     BodyState state = random_state(dynamics, 3, 0.0005, 0.05);

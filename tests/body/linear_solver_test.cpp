@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "server/body/batch_cg.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;
@@ -67,15 +68,6 @@ TEST_CASE("A matrix that is not positive definite is reported by both methods") 
   LinearSolver iterative(system.a.rows(), LinearSolver::Method::conjugate_gradients);
   Vector x;
   CHECK_FALSE((iterative.factorise(system.a) && iterative.solve(system.right_side(), 1e-10, x).positive_definite));
-}
-
-TEST_CASE("A short step leaves the matrix to conjugate gradients, a long one to the factorisation") {
-  const System fine(1, 1e-4, 1e-8), coarse(1, 0.05, 0.0025);
-  LinearSolver solver(fine.a.rows());
-  REQUIRE(solver.factorise(fine.a));
-  CHECK_FALSE(solver.is_direct());
-  REQUIRE(solver.factorise(coarse.a));
-  CHECK(solver.is_direct());
 }
 
 TEST_CASE("A product with the block matrix is the dense product") {

@@ -6,9 +6,8 @@
 #include <limits>
 
 #include "common/io/spinning_thread_pool.hpp"
-#include "server/body/explicit_integrator.hpp"
-#include "server/body/stabilised_integrator.hpp"
 #include "tests/support/bodies.hpp"
+#include "tests/support/explicit_steppers.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -135,12 +134,12 @@ TEST_CASE("Watched blocks move again, the most disturbed first, when all togethe
 }
 
 TEST_CASE("The less may be left out, the nearer a body that rests in part is to one that moves everywhere") {
-  const Felt whole = touch<ExplicitIntegrator>(0, 2);
+  const Felt whole = touch<Leapfrog>(0, 2);
   CHECK(whole.needed_share == 1);
   REQUIRE(whole.forces.back().norm() > 0.1);
   double needed_before = 0;
   for (const double left_out_n : {1e-2, 1e-4, 1e-6}) {
-    const Felt resting = touch<ExplicitIntegrator>(left_out_n, 2);
+    const Felt resting = touch<Leapfrog>(left_out_n, 2);
     const double stiffness_n_m = 100;  // lower bound for a node that all others hold
     CHECK((resting.state.x - whole.state.x).cwiseAbs().maxCoeff() < left_out_n / stiffness_n_m);
     CHECK(resting.needed_share < 0.95);
@@ -150,7 +149,7 @@ TEST_CASE("The less may be left out, the nearer a body that rests in part is to 
 }
 
 TEMPLATE_TEST_CASE("A hand that trembles on a wide body feels no more of what rests than that leaves out, at half of the springs",
-                   "", ExplicitIntegrator, StabilisedIntegrator) {
+                   "", Leapfrog, Stabilised) {
   constexpr double kLeftOutN = 0.01;
   const Felt whole = touch<TestType>(0, 8), resting = touch<TestType>(kLeftOutN, 8);
   REQUIRE(whole.forces.back().norm() > 0.5);
@@ -159,8 +158,7 @@ TEMPLATE_TEST_CASE("A hand that trembles on a wide body feels no more of what re
   CHECK(resting.needed_share < 0.75);
 }
 
-TEMPLATE_TEST_CASE("A body that rests in part moves to the same bits whatever the number of threads", "", ExplicitIntegrator,
-                   StabilisedIntegrator) {
+TEMPLATE_TEST_CASE("A body that rests in part moves to the same bits whatever the number of threads", "", Leapfrog, Stabilised) {
   const Felt one = touch<TestType>(0.01, 3);
   for (const std::size_t threads : {2, 3}) {
     const Felt shared = touch<TestType>(0.01, 3, threads);

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/body/explicit_integrator.hpp"
-#include "server/body/stabilised_integrator.hpp"
+#include "tests/support/explicit_steppers.hpp"
 #include "tests/support/tool_bench.hpp"
 
 using namespace palpate;
@@ -47,13 +46,13 @@ TEST_CASE("A stroke without friction is stepped implicitly to second order") {
 
 TEST_CASE("A stroke without friction is felt in steps of leapfrog as in implicit ones that have converged") {
   Stroke stroke(box_body(4, 4, 4));
-  ExplicitIntegrator leapfrog(stroke.bench.dynamics, stroke.bench.skin);
+  Leapfrog leapfrog(stroke.bench.dynamics, stroke.bench.skin);
   CHECK(ToolBench::apart(stroke.felt(leapfrog, 0.010), stroke.truth()) < 0.0015);
 }
 
 TEST_CASE("A stroke without friction over a damped body is felt in stabilised steps as in implicit ones that have converged") {
   Stroke stroke(box_body(4, 4, 4, 60, 6));
-  StabilisedIntegrator stabilised(stroke.bench.dynamics, stroke.bench.skin);
+  Stabilised stabilised(stroke.bench.dynamics, stroke.bench.skin);
   CHECK(ToolBench::apart(stroke.felt(stabilised, 0.010), stroke.truth()) < 0.0025);
 }
 
@@ -66,7 +65,7 @@ TEST_CASE("A tool that lets go and touches again within an advance of leapfrog p
     return ToolAt{Vec3(0.031, 0.031, 3 * kSpacingM - in_m), Vec3::Zero()};
   };
   const auto end = [&](double each_s) {
-    ExplicitIntegrator leapfrog(bench.dynamics, bench.skin);
+    Leapfrog leapfrog(bench.dynamics, bench.skin);
     BodyState state = bench.dynamics.rest_state();
     std::vector<ToolPort> ports{bench.port};
     for (int k = 1; k * each_s <= 0.51 + 1e-9; ++k) REQUIRE(leapfrog.advance(state, ports, k * each_s, 0.010, tool).converged);

@@ -1,12 +1,11 @@
 // Stabilised explicit steps against the closed form of one mode, and against TR-BDF2 at a step at which that has converged.
-#include "server/body/stabilised_integrator.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "common/base/error.hpp"
-#include "server/body/explicit_integrator.hpp"
 #include "server/body/integrator_selection.hpp"
+#include "tests/support/explicit_steppers.hpp"
 #include "tests/support/tool_bench.hpp"
 
 using namespace palpate;
@@ -32,7 +31,7 @@ TEST_CASE("A mass on a damped spring swings as its closed form says, to second o
   constexpr double kFarM = 0.01, kUntilS = 0.2;
   const double exact_m =
       kFarM * std::exp(-half_g * kUntilS) * (std::cos(swing * kUntilS) + half_g / swing * std::sin(swing * kUntilS));
-  StabilisedIntegrator stabilised(dynamics, Skin());
+  Stabilised stabilised(dynamics, Skin());
   const auto off = [&](double step_s) {
     BodyState state = dynamics.rest_state();
     state.x[3] += kFarM;
@@ -70,15 +69,15 @@ TEST_CASE("What is stable at a step is stable at every shorter one, over the who
 TEST_CASE("A body without dampers has no stable step, one with strong ones a third of the evaluations of leapfrog") {
   const LumpedBody undamped = box_body(4, 4, 4, 60, 0), damped = box_body(6, 6, 6, 240, 4.8);
   const Dynamics none(undamped), strong(damped);
-  CHECK(StabilisedIntegrator(none, Skin()).plan(0.010, ContactKind::attach).stages == 0);
-  const StabilisedIntegrator::Plan plan = StabilisedIntegrator(strong, Skin()).plan(0.010, ContactKind::attach);
+  CHECK(Stabilised(none, Skin()).plan(0.010, ContactKind::attach).stages == 0);
+  const ExplicitIntegrator::Plan plan = Stabilised(strong, Skin()).plan(0.010, ContactKind::attach);
   REQUIRE(plan.stages > 0);
-  CHECK(plan.stages / plan.h < 1 / (3 * ExplicitIntegrator(strong, Skin()).step_s()));
+  CHECK(plan.stages / plan.h < 1 / (3 * Leapfrog(strong, Skin()).plan(1, ContactKind::touch).h));
 }
 
 TEST_CASE("A damped body held by a tool is moved as by an implicit integrator that has converged") {
   ToolBench bench(damped_box());
-  StabilisedIntegrator stabilised(bench.dynamics, bench.skin);
+  Stabilised stabilised(bench.dynamics, bench.skin);
   const Vec3 home = bench.body.nodes[bench.port.node];
   const auto way = [&](double t) { return Vec3(home + Vec3(0.004 * std::sin(12 * t), 0.003 * (1 - std::cos(9 * t)), 0)); };
   const auto truth = bench.felt(bench.fine, 0.0005, 0.5, way);
@@ -93,7 +92,7 @@ TEST_CASE("A planar body stays in its plane, and its damped springs may stiffen"
   sheet.law = SpringLaw::stiffening;
   sheet.stiffening = 20;
   ToolBench bench(sheet);
-  StabilisedIntegrator stabilised(bench.dynamics, bench.skin);
+  Stabilised stabilised(bench.dynamics, bench.skin);
   const Vec3 home = bench.body.nodes[bench.port.node];
   const auto way = [&](double t) { return Vec3(home + Vec3(0.01 * std::sin(12 * t), 0.02 * (1 - std::cos(9 * t)), 0.003)); };
   const auto felt = bench.felt(stabilised, 0.010, 0.3, way);
@@ -103,7 +102,7 @@ TEST_CASE("A planar body stays in its plane, and its damped springs may stiffen"
 
 TEST_CASE("A tool that presses, strokes and lets go of a damped body feels what it feels with an implicit integrator") {
   ToolBench bench(damped_box(), ContactKind::touch);
-  StabilisedIntegrator stabilised(bench.dynamics, bench.skin);
+  Stabilised stabilised(bench.dynamics, bench.skin);
   const auto way = [](double t) {
     const double in_m = 0.005 * std::min({1.0, t / 0.1, std::max(0.0, (0.45 - t) / 0.05)});
     return Vec3(0.02 + 0.05 * std::max(0.0, t - 0.15), 0.031, kStabilisedTopM + 0.001 - in_m);
@@ -120,7 +119,7 @@ TEST_CASE("Tools held still in a damped body come to the forces of its static ba
     const LumpedBody body = damped_box();
     const Dynamics dynamics(body);
     const Skin skin(body, 1.5 * kSpacingM);
-    StabilisedIntegrator stabilised(dynamics, skin);
+    Stabilised stabilised(dynamics, skin);
     Integrator implicit(dynamics, skin, {0.010, 1e-11});
     const auto tool = [](std::size_t k, double t) {
       return ToolAt{Vec3(0.02 + 0.013 * static_cast<double>(k), 0.031, kStabilisedTopM - 0.004 * std::min(1.0, t / 0.1)),
@@ -144,7 +143,7 @@ TEST_CASE("Tools held still in a damped body come to the forces of its static ba
 TEST_CASE("A damped body that is let go loses energy in every frame, whatever state it is in") {
   const LumpedBody body = damped_box();
   const Dynamics dynamics(body);
-  StabilisedIntegrator stabilised(dynamics, Skin());
+  Stabilised stabilised(dynamics, Skin());
   BodyState state = random_state(dynamics, 3, 0.003, 0.3);
   std::vector<ToolPort> ports;
   double before_j = dynamics.energy(state);
@@ -160,7 +159,7 @@ TEST_CASE("A damped body that is let go loses energy in every frame, whatever st
 TEST_CASE("What a frame comes to does not depend on the frames that an integrator stepped before") {
   ToolBench bench(damped_box(), ContactKind::touch);
   const auto way = [](double t) { return Vec3(0.02, 0.031, kStabilisedTopM - 0.005 * std::min(1.0, t / 0.1)); };
-  StabilisedIntegrator used(bench.dynamics, bench.skin), fresh(bench.dynamics, bench.skin);
+  Stabilised used(bench.dynamics, bench.skin), fresh(bench.dynamics, bench.skin);
   REQUIRE(used.is_stateless());
   bench.felt(used, 0.010, 0.2, [](double t) { return Vec3(0.04 - 0.1 * t, 0.02, kStabilisedTopM - 0.003); });
   CHECK(bench.felt(used, 0.010, 0.2, way) == bench.felt(fresh, 0.010, 0.2, way));

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "common/port/terms_pieces.hpp"
-#include "server/body/explicit_integrator.hpp"
 #include "server/reduce/patch_build.hpp"
 #include "tests/support/bodies.hpp"
+#include "tests/support/explicit_steppers.hpp"
 
 using namespace palpate;
 using namespace palpate::test;

@@ -1,0 +1,15 @@
+// Explicit integrators of one stage and of several, for tests of both.
+#pragma once
+
+#include "server/body/explicit_integrator.hpp"
+
+namespace palpate::test {
+
+struct Leapfrog : ExplicitIntegrator {
+  Leapfrog(const Dynamics& dynamics, const Skin& skin) : ExplicitIntegrator(dynamics, skin, Stages::one) {}
+};
+struct Stabilised : ExplicitIntegrator {
+  Stabilised(const Dynamics& dynamics, const Skin& skin) : ExplicitIntegrator(dynamics, skin, Stages::more) {}
+};
+
+}  // namespace palpate::test
