@@ -29,8 +29,7 @@ enum class SnapshotKind : std::uint8_t {
   indentation,    ///< as deep as the hand may press, with nonlinear forces (static_indentation.hpp)
   history,        ///< state in one of the last frames
   rest,           ///< rest state
-  cached,         ///< earlier state with a tool at this place (server/room/snapshot_cache.hpp)
-  rollout,        ///< predicted state with hands on their path, or off it (server/room/hand_rollouts.hpp)
+  rollout,        ///< predicted state with hands on their path, or off it (server/room/state_prediction.hpp)
   rollout_end     ///< the last of those in which all hands stay on their path
 };
 

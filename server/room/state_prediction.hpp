@@ -12,10 +12,11 @@
 // (tool_coupling.hpp).
 //
 // A rollout costs what the body costs over its time, c tau, c its cost by the selection of the integrator [s/s]; as many are run
-// as fit into kFrameCostMostS, in the order of the table, none of a body with c > kBodyCostMax; where tau is below kPredictionMostS
-// those in which no hand turns aside. Where the integrator keeps something from step to step, and of solids, whose explicit steps
-// are hundreds, TR-BDF2 takes one long step from snapshot to snapshot (rollout_integrator.hpp). A rollout whose steps do not
-// converge ends there; if that is the dead-reckoned one, none count. Tuned and measured: docs/notebook.md, 24, 26, 30, 33.
+// as fit into kFrameCostMostS, in the order of the table, none of a body with c > kBodyCostMax; where tau is below
+// kPredictionMostS those in which no hand turns aside. Where the integrator keeps something from step to step, and of solids,
+// whose explicit steps are hundreds, TR-BDF2 takes one long step from snapshot to snapshot (rollout_integrator.hpp). A rollout
+// whose steps do not converge ends there; if that is the dead-reckoned one, none count. Tuned and measured: docs/notebook.md, 24,
+// 26, 30, 33.
 #pragma once
 
 #include <functional>

@@ -241,20 +241,20 @@ TEST_CASE("Predicted states become snapshots of the frame, with their kinds and 
   begin();
   bench.frame.set_predicted_states({{SnapshotKind::rollout, 1, aside(0.001)},
                                     {SnapshotKind::rollout, 1, aside(0.002)},
-                                    {SnapshotKind::cached, 0.5, aside(0.003)}});
+                                    {SnapshotKind::rollout_end, 0.5, aside(0.003)}});
   const SnapshotSet& snapshots = bench.frame.whole().snapshots();
   const Matrix weighted = snapshots.weighted();
   CHECK(snapshots.of(SnapshotKind::history).empty());
   CHECK(snapshots.of(SnapshotKind::rest).size() == 1);
-  const auto rollouts = snapshots.of(SnapshotKind::rollout), cached = snapshots.of(SnapshotKind::cached);
+  const auto rollouts = snapshots.of(SnapshotKind::rollout), ends = snapshots.of(SnapshotKind::rollout_end);
   REQUIRE(rollouts.size() == 2);
-  REQUIRE(cached.size() == 1);
+  REQUIRE(ends.size() == 1);
   CHECK((weighted.col(rollouts[0]).array() - 0.001).abs().maxCoeff() < 1e-12);
   CHECK((weighted.col(rollouts[1]).array() - 0.002).abs().maxCoeff() < 1e-12);
-  CHECK((weighted.col(cached[0]).array() - 0.0015).abs().maxCoeff() < 1e-12);
+  CHECK((weighted.col(ends[0]).array() - 0.0015).abs().maxCoeff() < 1e-12);
   begin();
   CHECK(bench.frame.whole().snapshots().of(SnapshotKind::rollout).empty());
-  CHECK(bench.frame.whole().snapshots().of(SnapshotKind::cached).empty());
+  CHECK(bench.frame.whole().snapshots().of(SnapshotKind::rollout_end).empty());
 }
 
 TEST_CASE("Tools that touch, or will within its time, are contacts of a patch, three of them at most") {

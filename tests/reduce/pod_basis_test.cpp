@@ -85,7 +85,7 @@ TEST_CASE("A set of snapshots knows which are of a kind, and counts each by its 
   more.add(SnapshotKind::rollout, Vector::Constant(3, 3.0));
   snapshots.add(more);
   CHECK(snapshots.of(SnapshotKind::rollout) == std::vector<Eigen::Index>{0, 2});
-  CHECK(snapshots.of(SnapshotKind::cached).empty());
+  CHECK(snapshots.of(SnapshotKind::history).empty());
   Matrix expected(3, 3);
   expected.rowwise() = Eigen::RowVector3d(1, 1, 3);
   CHECK(snapshots.weighted() == expected);
