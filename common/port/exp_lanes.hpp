@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-inline constexpr double kLnTwoHigh = 0x1.62e42feep-1;       ///< ln 2 to 32 bits: exact when multiplied by an integer below 2^21
-inline constexpr double kLnTwoLow = 0x1.a39ef35793c76p-33;  ///< ln 2 minus that
+inline constexpr double kPortLnTwoHigh = 0x1.62e42feep-1;  ///< ln 2 to 32 bits: exact when multiplied by an integer below 2^21
+inline constexpr double kPortLnTwoLow = 0x1.a39ef35793c76p-33;  ///< ln 2 minus that
 
 /// Computes y = ln x for x from 1e-300 to 1e300.
 template <std::size_t N>
@@ -27,7 +27,7 @@ PALPATE_INLINE void logs(const Doubles<N>& x, Doubles<N>& y) {
   const Doubles<N> f = (m - 1.0) / (m + 1.0), s = f * f;
   Doubles<N> series = s * (1.0 / 21) + 1.0 / 19;
   for (int k = 17; k >= 1; k -= 2) series = series * s + 1.0 / k;
-  y = e * kLnTwoHigh + (2.0 * f * series + e * kLnTwoLow);
+  y = e * kPortLnTwoHigh + (2.0 * f * series + e * kPortLnTwoLow);
 }
 
 /// Computes x = exp y for y from -700 to 700.
@@ -36,7 +36,7 @@ PALPATE_INLINE void exps(const Doubles<N>& y, Doubles<N>& x) {
   using Bits = Truths<N>;
   constexpr double kRounder = 0x1.8p52;  // 3/2 2^52: adding it rounds to an integer in the last bits
   const Doubles<N> rounded = y * 1.4426950408889634 + kRounder, k = rounded - kRounder;
-  const Doubles<N> r = (y - k * kLnTwoHigh) - k * kLnTwoLow;
+  const Doubles<N> r = (y - k * kPortLnTwoHigh) - k * kPortLnTwoLow;
   Doubles<N> series = r * (1.0 / 13) + 1.0;
   for (int n = 12; n >= 1; --n) series = series * r * (1.0 / n) + 1.0;
   const Bits bits = __builtin_bit_cast(Bits, series) + (__builtin_bit_cast(Bits, rounded) << 52);

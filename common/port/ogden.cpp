@@ -27,12 +27,12 @@ OgdenLaw::OgdenLaw(const LawParameters& law) {
   const std::array<double, 2> shares{1 - law.shape, law.shape};
   for (std::size_t p = 0; p < terms.size(); ++p) {
     if (shares[p] == 0) continue;
-    OgdenTerm& term = terms[p];
+    PortOgdenTerm& term = terms[p];
     assert(std::abs(law.exponents[p]) >= kMinOgdenExponent && std::abs(law.exponents[p]) <= kMaxOgdenExponent);
     term.weight = 2 * shares[p] / law.exponents[p];
     term.power = law.exponents[p] / 2 - 1;
-    term.low = kSquaredStretchMin;
-    term.high = kSquaredStretchMax;
+    term.low = kPortSquaredStretchMin;
+    term.high = kPortSquaredStretchMax;
     if (term.power < 0) term.low = std::max(term.low, std::exp(kLogGrowthMax / term.power));
     if (term.power > 0) term.high = std::min(term.high, std::exp(kLogGrowthMax / term.power));
     term.log_low = std::log(term.low);
@@ -62,9 +62,9 @@ OgdenPrincipal ogden_principal(const OgdenLaw& law, double mu, const Eigen::Vect
   for (int i = 0; i < 3; ++i) of[i] = Doubles<kLanesOfOne>{} + x[i];
   log_squares<kLanesOfOne>(of, log_of);
   OgdenPrincipal out{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  for (const OgdenTerm& term : law.terms) {
+  for (const PortOgdenTerm& term : law.terms) {
     if (term.weight == 0) continue;
-    OgdenTermAt<kLanesOfOne> at;
+    PortOgdenTermAt<kLanesOfOne> at;
     find_term<kLanesOfOne>(term, of, log_of, at);
     for (int i = 0; i < 3; ++i) {
       Doubles<kLanesOfOne> way, first;

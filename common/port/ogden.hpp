@@ -23,16 +23,16 @@
 // in Smith, De Goes and Kim (2018).
 #pragma once
 
+#include "common/mechanics/solid_law.hpp"
 #include "common/port/exp_lanes.hpp"
 #include "common/port/mat_lanes.hpp"
-#include "common/mechanics/solid_law.hpp"
 
 #include <Eigen/Core>
 
 namespace palpate {
 
 /// mu_p x^beta_p, exact for x from `low` to `high`, along its tangents outside.
-struct OgdenTerm {
+struct PortOgdenTerm {
   double weight = 0;  ///< mu_p / mu_L
   double power = 0;   ///< beta_p
   double low = 1, high = 1, log_low = 0, log_high = 0;
@@ -43,7 +43,7 @@ struct OgdenLaw {
   OgdenLaw() = default;
   /// `law` of kind ogden.
   explicit OgdenLaw(const LawParameters& law);
-  std::array<OgdenTerm, 2> terms;
+  std::array<PortOgdenTerm, 2> terms;
   double sum = 0;  ///< mu_s / mu_L
 };
 
@@ -72,14 +72,14 @@ OgdenPrincipal ogden_principal(const OgdenLaw& law, double mu, const Eigen::Vect
 
 /// mu_p-weighted values at x_0, x_1, x_2.
 template <std::size_t N>
-struct OgdenTermAt {
+struct PortOgdenTermAt {
   Doubles<N> value[3], slope[3];
   Truths<N> inside[3];  ///< true where the power itself is used
 };
 
 /// Range of x in which powers are used for every alpha; outside, their tangents.
-inline constexpr double kSquaredStretchMin = 0.04;  ///< a stretch of 0.2
-inline constexpr double kSquaredStretchMax = 1e6;   ///< a stretch of 1000, beyond any deformation of a body
+inline constexpr double kPortSquaredStretchMin = 0.04;  ///< a stretch of 0.2
+inline constexpr double kPortSquaredStretchMax = 1e6;   ///< a stretch of 1000, beyond any deformation of a body
 
 template <std::size_t N>
 PALPATE_INLINE void clamp_lanes(const Doubles<N>& x, double low, double high, Doubles<N>& y) {
@@ -88,7 +88,8 @@ PALPATE_INLINE void clamp_lanes(const Doubles<N>& x, double low, double high, Do
 }
 
 template <std::size_t N>
-PALPATE_INLINE void find_term(const OgdenTerm& term, const Doubles<N> (&x)[3], const Doubles<N> (&log_x)[3], OgdenTermAt<N>& at) {
+PALPATE_INLINE void find_term(const PortOgdenTerm& term, const Doubles<N> (&x)[3], const Doubles<N> (&log_x)[3],
+                              PortOgdenTermAt<N>& at) {
   for (int i = 0; i < 3; ++i) {
     Doubles<N> edge, log_edge, y;
     clamp_lanes<N>(x[i], term.low, term.high, edge);
@@ -102,14 +103,14 @@ PALPATE_INLINE void find_term(const OgdenTerm& term, const Doubles<N> (&x)[3], c
 }
 
 /// Limit of |x_i - x_j| / x_j: up to it the binomial series, accurate to 4e-12, beyond it the quotient, to 2e-12.
-inline constexpr double kSeriesGapMax = 1e-3;
+inline constexpr double kPortSeriesGapMax = 1e-3;
 
 /// Computes g[x_i, x_j]; `way`: (x_i - x_j) / x_j where that is small, `near`, else 0.
 template <std::size_t N>
-PALPATE_INLINE void first_difference(const OgdenTerm& term, const Doubles<N> (&x)[3], const OgdenTermAt<N>& at, int i, int j,
-                                     Doubles<N>& way, Truths<N>& near, Doubles<N>& first) {
+PALPATE_INLINE void first_difference(const PortOgdenTerm& term, const Doubles<N> (&x)[3], const PortOgdenTermAt<N>& at, int i,
+                                     int j, Doubles<N>& way, Truths<N>& near, Doubles<N>& first) {
   const Doubles<N> apart = x[i] - x[j], size = apart < 0.0 ? -apart : apart;
-  near = size <= kSeriesGapMax * x[j];
+  near = size <= kPortSeriesGapMax * x[j];
   const Doubles<N> base = x[j] > 0.0 ? x[j] : Doubles<N>{} + 1.0, divisor = near ? Doubles<N>{} + 1.0 : apart;
   way = near ? apart / base : Doubles<N>{};
   const double b = term.power;
@@ -155,7 +156,7 @@ template <std::size_t N>
 PALPATE_INLINE void log_squares(const Doubles<N> (&x)[3], Doubles<N> (&log_x)[3]) {
   for (int i = 0; i < 3; ++i) {
     Doubles<N> within;
-    clamp_lanes<N>(x[i], kSquaredStretchMin, kSquaredStretchMax, within);
+    clamp_lanes<N>(x[i], kPortSquaredStretchMin, kPortSquaredStretchMax, within);
     logs<N>(within, log_x[i]);
   }
 }
@@ -175,9 +176,9 @@ PALPATE_INLINE void add_ogden(const OgdenLaw& law, const Doubles<N>& mu, const D
   principal_values(c, x);
   log_squares<N>(x, log_x);
   Doubles<N> none{}, d0 = none, d1 = none, d2 = none;
-  for (const OgdenTerm& term : law.terms) {
+  for (const PortOgdenTerm& term : law.terms) {
     if (term.weight == 0) continue;
-    OgdenTermAt<N> at;
+    PortOgdenTermAt<N> at;
     find_term<N>(term, x, log_x, at);
     Doubles<N> way_0, way_2, first_01, first_21;
     Truths<N> near_0, near_2;
@@ -226,7 +227,7 @@ PALPATE_INLINE void ogden_energies(const OgdenLaw& law, const Doubles<N>& mu, co
   principal_values(c, x);
   log_squares<N>(x, log_x);
   energy = Doubles<N>{};
-  for (const OgdenTerm& term : law.terms)
+  for (const PortOgdenTerm& term : law.terms)
     for (int i = 0; i < 3 && term.weight != 0; ++i) {
       Doubles<N> edge, log_edge, y;
       clamp_lanes<N>(x[i], term.low, term.high, edge);

@@ -4,7 +4,6 @@
 #include <functional>
 #include <random>
 
-#include "common/port/nonlinear_tetrahedron.hpp"
 #include "common/mechanics/polar.hpp"
 #include "server/body/tetra_kernel.hpp"
 
@@ -245,45 +244,6 @@ TEST_CASE("fibres pull along themselves as their exponential says, and across th
   const Vec3 across = Vec3(2, 1, 0).normalized(), beyond = a.cross(across);
   const Mat3 slid = Mat3::Identity() + 0.4 * across * beyond.transpose() + 0.2 * beyond * beyond.transpose();
   CHECK((elastic_stress(m, slid) - elastic_stress(without, slid)).norm() < 1e-10 * young_pa);
-}
-
-TEST_CASE("what a player's tetrahedron pushes beyond its tangent is what is left of its law, near and far", "[body][tetra]") {
-  Draw draw(19);
-  for (const SolidMaterial& solid : solid_materials()) {
-    const TetraMaterial m(solid);
-    if (m.law == SolidLaw::corotational) continue;  // in its own frame: tests/port
-    const double poisson = m.viscous_lambda / (2 * (m.viscous_lambda + m.viscous_mu)), mu_l = m.viscous_mu / 0.02,
-                 lambda_l = m.viscous_lambda / 0.02;
-    for (const Mat3& f : deformations()) {
-      ElementLinearisation at;
-      std::vector<Mat3> changes;
-      TetraLanes df;
-      for (int l = 0; l < kTetraLane; ++l) {
-        at.set(l, solid.parameters(), f, mu_l, lambda_l);
-        changes.push_back(draw.matrix(std::pow(10.0, -2 + 0.28 * l)));
-        for (int k = 0; k < 9; ++k) df[static_cast<std::size_t>(k)][l] = static_cast<float>(changes.back()(k / 3, k % 3));
-      }
-      const TetraLanes q = nonlinear_residual_stress(at, df, ElementRotation());
-      const TetraLane energy = nonlinear_residual_energy(at, df, ElementRotation());
-      for (int l = 0; l < kTetraLane; ++l) {
-        Mat3 change, found;
-        for (int k = 0; k < 9; ++k) {
-          change(k / 3, k % 3) = static_cast<double>(df[static_cast<std::size_t>(k)][l]);
-          found(k / 3, k % 3) = static_cast<double>(q[static_cast<std::size_t>(k)][l]);
-        }
-        const TetraTangent tangent(m, f, false);
-        const Mat3 all = elastic_stress(m, f + change), here = elastic_stress(m, f), linear = tangent.apply(change);
-        const Mat3 expected = all - here - linear;
-        INFO("nu " << poisson << ", law " << static_cast<int>(m.law) << ", |dF| " << change.norm() << ", F\n" << f);
-        // Rounding of single precision (6e-8) in sums of products of up to five numbers.
-        CHECK((found - expected).norm() < 2e-5 * expected.norm() + 5e-6 * (linear.norm() + here.norm() * change.norm()));
-        const double second = 0.5 * linear.cwiseProduct(change).sum(), first = here.cwiseProduct(change).sum();
-        const double stored = elastic_energy_density(m, f + change) - elastic_energy_density(m, f) - first - second;
-        CHECK(std::abs(static_cast<double>(energy[l]) - stored) <
-              2e-5 * (std::abs(stored) + 0.3 * (linear.norm() + here.norm() * change.norm()) * change.norm()));
-      }
-    }
-  }
 }
 
 TEST_CASE("blocks of a tetrahedron's stiffness are its tangent between its nodes", "[body][tetra]") {

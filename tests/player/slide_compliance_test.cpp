@@ -120,8 +120,8 @@ TEST_CASE("A body that is held everywhere yields nowhere") {
 TEST_CASE("A tool that has slid to where the modes do not follow rests on what the body yields there, with terms on c_static") {
   const Patch patch = known_on_one_side(8);
   NonlinearTerms terms = test::spring_terms(patch);
-  terms.springs.stiffness.setZero();  // without force
-  terms.springs.damping.setZero();
+  terms.elements.stiffness.setZero();  // without force
+  terms.elements.damping.setZero();
   const SlideCompliance slide(patch, patch.surface.vertices[0].rows, patch.point.weight);
   const Mat3 missing = slide.missing(PortRows::Zero(3, 8), patch.point.weight);
   REQUIRE(missing(2, 2) > 2 * patch.c_static(2, 2));
