@@ -10,7 +10,7 @@
 //                  Psi = mu_1/(2 b) (exp(b I_1) - 1) + mu_2/2 I_2 + lambda/2 (J - 1)^2,  I_1 = I - 3 - 2 (J - 1),
 //                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), for b I_1 < 4 (common/mechanics/solid_law.hpp)
 //   ogden          Psi = sum_p 2 mu_L s_p / alpha_p^2 (sum l_i^alpha_p - 3) - mu_s (J - 1) + lambda/2 (J - 1)^2, in the range in
-//                  which common/port/ogden.hpp follows its powers
+//                  which common/mechanics/ogden.hpp follows its powers
 #pragma once
 
 #include <string>

@@ -60,7 +60,9 @@ struct LaneMatrix {
 /// Copies the lanes from and to consecutive numbers.
 template <typename L>
 PALPATE_INLINE void load_lanes(const LaneNumber<L>* from, L& to) {
-  __builtin_memcpy(&to, from, sizeof(L));
+  // not by memcpy, which GCC 12 does in two halves, for which the next load of the whole has to wait
+  using Unaligned [[gnu::may_alias, gnu::aligned(alignof(LaneNumber<L>))]] = L;
+  to = *reinterpret_cast<const Unaligned*>(from);
 }
 template <typename L>
 PALPATE_INLINE void store_lanes(const L& from, LaneNumber<L>* to) {

@@ -7,6 +7,7 @@
 
 #include "common/mechanics/corotational.hpp"
 #include "common/mechanics/fibres.hpp"
+#include "common/mechanics/gent.hpp"
 #include "common/mechanics/membrane.hpp"
 #include "common/mechanics/neo_hookean.hpp"
 #include "common/mechanics/ogden.hpp"
@@ -14,7 +15,7 @@
 
 namespace palpate {
 
-using ElasticLaw = std::variant<NeoHookean, Corotational, MooneyRivlin, VerondaWestmann, Ogden, Membrane>;
+using ElasticLaw = std::variant<NeoHookean, Corotational, MooneyRivlin, VerondaWestmann, Ogden, Gent, Membrane>;
 
 /// A law with its parameters, and the fibres that are added to it.
 class Elasticity {

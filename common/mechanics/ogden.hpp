@@ -128,6 +128,8 @@ class Ogden {
   static constexpr SolidLaw kKind = SolidLaw::ogden;
   static constexpr bool kSinglePrecision = false;
   explicit Ogden(const LawParameters& of);
+  /// Returns mu_s / mu_L.
+  double modulus_sum() const { return sum_; }
 
   template <typename L>
   PALPATE_INLINE void energy(const LaneModuli<L>& m, const LaneMatrix<L>& h, L& psi) const {

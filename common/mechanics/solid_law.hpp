@@ -19,7 +19,7 @@
 namespace palpate {
 
 /// Law of a finite element (server/body/tetra_kernel.hpp). `membrane` is for triangles, the others for elements with a volume.
-enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann, ogden, membrane };
+enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann, ogden, gent, membrane };
 
 /// Lame's parameters of small strains [Pa, or what E is in] from Young's modulus E and Poisson's ratio nu:
 ///     mu = E / (2 (1 + nu)),   lambda = E nu / ((1 + nu) (1 - 2 nu)), of a membrane (plane stress) E nu / (1 - nu^2).
@@ -32,12 +32,22 @@ constexpr LameParameters lame_parameters(SolidLaw law, double young, double pois
 }
 
 /// Parameter of a law besides its moduli of small strains: mooney_rivlin: share of the second invariant in the shear modulus, 0
-/// to kMaxSecondShare; veronda_westmann: its exponent b, up to kMaxExponent; ogden: share of its second term; others: none.
-inline constexpr double kMaxSecondShare = 1, kMaxExponent = 50;
-/// Limits of |alpha_p|, Ogden's exponents (common/port/ogden.hpp).
+/// to kMaxSecondShare; veronda_westmann: its exponent b, up to kMaxExponent; ogden: share of its second term; gent: its limit
+/// J_m, from kMinGentLimit to kMaxGentLimit; others: none.
+inline constexpr double kMaxSecondShare = 1, kMaxExponent = 50, kMinGentLimit = 0.01, kMaxGentLimit = 1000;
+struct ShapeRange {
+  double low, high;
+};
+constexpr ShapeRange shape_range(SolidLaw law) {
+  if (law == SolidLaw::mooney_rivlin || law == SolidLaw::ogden) return {0, kMaxSecondShare};
+  if (law == SolidLaw::veronda_westmann) return {0, kMaxExponent};
+  if (law == SolidLaw::gent) return {kMinGentLimit, kMaxGentLimit};
+  return {0, 0};
+}
+/// Limits of |alpha_p|, Ogden's exponents (common/mechanics/ogden.hpp).
 inline constexpr double kMinOgdenExponent = 1, kMaxOgdenExponent = 30;
 
-/// Fibres that all have one direction at rest (common/port/fibre_lanes.hpp).
+/// Fibres that all have one direction at rest (common/mechanics/fibres.hpp).
 struct Fibres {
   std::array<double, 3> direction{1, 0, 0};  ///< at rest, of length 1
   double share = 0;                          ///< k / mu_L; 0: there are none

@@ -69,7 +69,7 @@ void NonlinearForce::take_e2(const NonlinearTerms& terms, const Patch& patch) {
   for (int p = 0; p < n; ++p)
     for (int i = 0; i < n; ++i) e2_(p, i) = (p == i ? 2.0F : 1.0F) * terms.e2[pair_at(std::min(p, i), std::max(p, i))];
   Eigen::MatrixXd far = joint_stiffness(patch, patch.stiffness) + e2_.cast<double>();
-  if (const auto* const springs = std::get_if<SampledForce>(&sampled_)) far += springs->far_stiffness();
+  if (const auto* const springs = std::get_if<SampledSpringForce>(&sampled_)) far += springs->far_stiffness();
   far.diagonal().array() += kShiftShare * far.trace() / n;  // a tool that moves across a planar body meets no stiffness
   has_e2_ = Eigen::LLT<Eigen::MatrixXd>(far).info() == Eigen::Success;
 }
@@ -80,7 +80,7 @@ NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) 
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
   bool stable = take_elements(terms, false);
   if (!stable) {
-    if (terms.springs.count() > 0) steps_ *= 2;
+    if (!terms.elements.is_solid()) steps_ *= 2;
     stable = take_elements(terms, true);
   }
   if (!stable) {
@@ -108,10 +108,10 @@ const ModeMatrix& NonlinearForce::added_mass() const {
 bool NonlinearForce::take_elements(const NonlinearTerms& terms, bool slowed) {
   const int tool = terms.grasp ? 3 : 0;
   const double step_s = 1.0 / (kHapticRateHz * steps_);
-  if (terms.springs.count() > 0)
-    sampled_.emplace<SampledForce>(terms.springs, tool, terms.rate, step_s, slowed);
+  if (terms.elements.is_solid())
+    sampled_.emplace<SampledSolidForce>(terms.elements, tool, step_s, slowed);
   else
-    sampled_.emplace<SampledSolidForce>(terms.solid, tool, step_s, slowed);
+    sampled_.emplace<SampledSpringForce>(terms.elements, tool, terms.rate, step_s, slowed);
   return of_sampled([](const auto& s) { return !s.empty(); });
 }
 

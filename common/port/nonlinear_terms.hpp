@@ -62,8 +62,7 @@ struct NonlinearTerms {
   bool grasp = false;    ///< true: u starts with the tool's displacement
   Eigen::VectorXd rate;  ///< u'* at the stamp [m/s, m kg^1/2 / s]
   Eigen::VectorXf e2;    ///< coefficient of u_i u_j at pair_at(i, j) [J/m^2 for d, J/(m^2 kg) for q], or empty
-  SampledSprings springs;
-  SampledTetrahedra solid;  ///< only without springs
+  SampledElements elements;
   // for a touch: vertices numbered after the patch's own, and triangles between any of them
   std::vector<PortVertex> vertices;
   std::vector<Triangle> triangles;
@@ -110,7 +109,7 @@ class NonlinearForce {
   double energy() const noexcept;
 
  private:
-  using Values = SampledForce::Values;
+  using Values = SampledValues;
 
   /// For a solid's dampers, whose push exceeds that at the stamp by `change`. `most`: bound of their force beyond S.
   void brake_at_end(const Variables& change, const Variables& u_rate, const ModeMatrix& closing, const Variables& before,
@@ -125,7 +124,7 @@ class NonlinearForce {
   bool take_elements(const NonlinearTerms& terms, bool slowed);
 
   int variables_ = 0, steps_ = 1;
-  std::variant<SampledForce, SampledSolidForce> sampled_;
+  std::variant<SampledSpringForce, SampledSolidForce> sampled_;
   LaggedDamping lagged_damping_;  // only for a solid
   int since_asked_ = 0;           // steps since the last renew()
   bool has_e2_ = false, has_damping_ = false;

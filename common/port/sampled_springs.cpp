@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 namespace palpate {
 namespace {
@@ -11,7 +13,6 @@ namespace {
 constexpr float kSpringLengthMinM = 1e-6F;   // below, a spring has no direction
 constexpr double kStiffnessMin_1_s2 = 1e-6;  // so that springs that hold no mode do not divide by 0
 constexpr double kCompressionMax = 2;        // limit of L / |d| in the added mass: more would slow motions that matter
-constexpr double kStepsPerOctave = 16;       // format: a byte reaches slopes of 2^(255 / 16) = 6e4, to 4 %
 
 /// Returns the largest eigenvalue of the part of the modes, for a mass of 1 plus `added_mass`, if any [1/s^2].
 double stiffest(const Eigen::MatrixXd& stiffness, int tool, const Eigen::MatrixXd& added_mass = {}) {
@@ -36,40 +37,25 @@ Eigen::MatrixXd weighted_along(const Eigen::ArrayXd& weights, const Eigen::Matri
   return along.transpose() * weights.matrix().asDiagonal() * along;
 }
 
+void dot(const ElementLane (&v)[3], const ElementLane (&w)[3], ElementLane& product) {
+  product = v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
+}
+/// Limits v to -bound and bound.
+void limit(const ElementLane& v, const ElementLane& bound, ElementLane& within) {
+  within = v < -bound ? -bound : v;
+  within = within > bound ? bound : within;
+}
+/// Computes max(square, least)^1/2.
+void length_of(const ElementLane& square, ElementLane& length) {
+  const ElementLane least = ElementLane{} + kSpringLengthMinM * kSpringLengthMinM;
+  lane_roots(square > least ? square : least, length);
+}
+
 }  // namespace
 
-Eigen::Matrix3Xf SampledSprings::spans() const {
-  Eigen::Matrix3Xf d(3, count());
-  for (int e = 0; e < count(); ++e) d.col(e) = position.col(ends(1, e)) - position.col(ends(0, e));
-  return d;
-}
-
-Eigen::ArrayXd SampledSprings::steepest() const {
-  Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(count());
-  for (std::size_t e = 0; e < max_slope.size(); ++e)
-    slopes[static_cast<Eigen::Index>(e)] = std::exp2(max_slope[e] / kStepsPerOctave);
-  return slopes;
-}
-
-std::vector<std::uint8_t> SampledSprings::steep_of(const Eigen::ArrayXd& slopes) {
-  assert(slopes.size() == 0 || slopes.allFinite());
-  std::vector<std::uint8_t> max_slope;
-  for (const double slope : slopes)
-    max_slope.push_back(
-        static_cast<std::uint8_t>(std::clamp(std::ceil(kStepsPerOctave * std::log2(std::max(1.0, slope))), 0.0, 255.0)));
-  return max_slope;
-}
-
-Eigen::MatrixXf SampledSprings::motions(int tool) const {
-  assert(tool == 0 || tool == 3);
-  const Eigen::MatrixXf v = motion.rows(tool);
-  Eigen::MatrixXf g(3 * count(), v.cols());
-  for (int e = 0; e < count(); ++e) g.middleRows<3>(3 * e) = v.middleRows<3>(3 * ends(1, e)) - v.middleRows<3>(3 * ends(0, e));
-  return g;
-}
-
-SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double step_s, bool slowed)
-    : variables_(tool + springs.motion.modes()) {
+SampledSpringForce::SampledSpringForce(const SampledElements& springs, int tool, const Eigen::VectorXd& rate, double step_s,
+                                       bool slowed) {
+  variables_ = tool + springs.motion.modes();
   const int m = springs.count();
   if (m == 0 || variables_ <= tool) return;
   assert(m <= kMaxSprings && variables_ <= kMaxVariables && rate.size() == variables_ && step_s > 0);
@@ -100,107 +86,96 @@ SampledForce::SampledForce(const SampledSprings& springs, int tool, const Eigen:
   }
   if (!(stiffest(far_stiffness_, tool, added_mass_) <= stable)) return;
 
-  count_ = (m + kFloatLanes - 1) / kFloatLanes * kFloatLanes;
-  motion_.setZero(3 * count_, variables_);
-  axis_.setZero(count_, 3);
-  for (int axis = 0; axis < 3; ++axis) {
-    motion_.middleRows(axis * count_, m) = g(Eigen::seqN(axis, m, 3), Eigen::all).cast<float>();
-    axis_.col(axis).head(m) = axes.row(axis).transpose().cast<float>().array();
-  }
-  const auto of_each = [&](const Eigen::ArrayXd& values, float none) {
-    Each all = Each::Constant(count_, none);
-    all.head(m) = values.cast<float>();
-    return all;
-  };
-  length_ = of_each(length, 1);
-  turning_ = of_each(slope - across, 0);
-  damping_ = of_each(springs.damping.cast<double>(), 0);
-  if (stiffening > 0) {
-    stiffening_ = of_each(third, 0);
-    elongation_ = of_each(elongation, 0);
-    linear_at_ = of_each(linear_beyond, 0);
-    in_law_ = of_each(in_law, 0);
-  }
-  const Each braked = damping_ * dot(axis_, moved(rate.cast<float>())) / length_;
-  damping_at_stamp_.resize(variables_, variables_);
-  for (int i = 0; i < variables_; ++i) {
-    const Vectors delta = moved(Values::Unit(variables_, i));
-    const Each along = dot(axis_, delta);
-    damping_at_stamp_.col(i) = collect(sum(braked, delta, -braked * along, axis_)).cast<double>();
+  // Springs side by side, padded with ones without stiffness to whole groups.
+  std::vector<int> lanes(static_cast<std::size_t>(m));
+  std::iota(lanes.begin(), lanes.end(), 0);
+  lay_out(g.cast<float>(), lanes, (m + kElementLanes - 1) / kElementLanes);
+  damped_ = springs.damping.maxCoeff() > 0;
+  damping_at_stamp_.setZero(variables_, variables_);
+  for (int e = 0; e < m; ++e) {
+    SampledSpringGroup& at = group(e / kElementLanes);
+    const int l = e % kElementLanes;
+    for (int axis = 0; axis < 3; ++axis) at.axis[axis][l] = static_cast<float>(axes(axis, e));
+    at.length[l] = static_cast<float>(length[e]);
+    at.turning[l] = static_cast<float>(slope[e] - across[e]);
+    at.damper[l] = springs.damping[e];
+    at.stiffens = stiffening > 0;
+    at.stiffening[l] = static_cast<float>(third[e]);
+    at.elongation[l] = static_cast<float>(elongation[e]);
+    at.linear_at[l] = static_cast<float>(linear_beyond[e]);
+    at.in_law[l] = static_cast<float>(in_law[e]);
+    const auto of_spring = g.middleRows<3>(3 * e);
+    const double braked = static_cast<double>(springs.damping[e]) * axes.col(e).dot(of_spring * rate) / length[e];
+    const Eigen::Matrix3d turned = Eigen::Matrix3d::Identity() - axes.col(e) * axes.col(e).transpose();
+    damping_at_stamp_ += braked * of_spring.transpose() * turned * of_spring;
   }
   move_to(Values::Zero(variables_));
 }
 
-SampledForce::Vectors SampledForce::sum(const Each& a, const Vectors& v, const Each& b, const Vectors& w) noexcept {
-  Vectors to(v.rows(), 3);
-  for (int axis = 0; axis < 3; ++axis) to.col(axis) = a * v.col(axis) + b * w.col(axis);
-  return to;
+SampledSpringGroup::SampledSpringGroup() {
+  const ElementLane none{};
+  for (ElementLane* const all : {axis, delta})
+    for (int i = 0; i < 3; ++i) all[i] = none;
+  length = reach = none + 1.0F;
+  turning = damper = stiffening = elongation = in_law = linear_at = along = longer = more = none;
 }
 
-SampledForce::Each SampledForce::dot(const Vectors& v, const Vectors& w) noexcept {
-  return v.col(0) * w.col(0) + v.col(1) * w.col(1) + v.col(2) * w.col(2);
+void SampledSpringGroup::move(const ElementLane (&change)[3]) noexcept {
+  ElementLane square;
+  for (int i = 0; i < 3; ++i) delta[i] = change[i];
+  dot(axis, delta, along);
+  dot(delta, delta, square);
+  const ElementLane gained = 2.0F * length * along + square;
+  length_of(length * length + gained, reach);
+  longer = gained / (reach + length);
+  if (!stiffens) return;
+  const ElementLane now = elongation + longer;
+  ElementLane to;
+  limit(now, linear_at, to);
+  const ElementLane further = to - in_law;
+  more = stiffening * further * (3.0F * (now - to) * (to + in_law) + further * (to + 2.0F * in_law));
 }
 
-SampledForce::Vectors SampledForce::moved(const Values& u) const noexcept {
-  Vectors delta(count_, 3);
-  Eigen::Map<Eigen::VectorXf>(delta.data(), delta.size()).noalias() = motion_ * u;
-  return delta;
+void SampledSpringGroup::force(ElementLane (&q)[3]) const noexcept {
+  ElementLane square;
+  dot(delta, delta, square);
+  const ElementLane left = (along * longer - square) / (reach + length), by_delta = (turning * longer + more) / reach;
+  const ElementLane by_axis = (length * more - turning * (length * left + along * longer)) / reach;
+  for (int i = 0; i < 3; ++i) q[i] = by_delta * delta[i] + by_axis * axis[i];
 }
 
-SampledForce::Values SampledForce::collect(const Vectors& f) const noexcept {
-  Values g(variables_);
-  g.noalias() = motion_.transpose() * Eigen::Map<const Eigen::VectorXf>(f.data(), f.size());
-  return g;
-}
-
-void SampledForce::move_to(const Values& u) noexcept {
-  assert(u.size() == variables_);
-  u_ = u;
-  auto& [delta, along, longer, length, more] = deformed_;
-  delta = moved(u);
-  along = dot(axis_, delta);
-  const Each gained = 2 * length_ * along + dot(delta, delta);
-  length = (length_.square() + gained).max(kSpringLengthMinM * kSpringLengthMinM).sqrt();
-  longer = gained / (length + length_);
-  if (stiffening_.size() == 0) {
-    more.setZero(count_);
-    return;
-  }
-  const Each elongation = elongation_ + longer, to = elongation.max(-linear_at_).min(linear_at_), further = to - in_law_;
-  more = stiffening_ * further * (3 * (elongation - to) * (to + in_law_) + further * (to + 2 * in_law_));
-}
-
-void SampledForce::gradient(Values& g) const noexcept {
-  const Deformed& b = deformed_;
-  const Each left = (b.along * b.longer - dot(b.delta, b.delta)) / (b.length + length_);
-  const Each by_delta = (turning_ * b.longer + b.more) / b.length;
-  const Each by_axis = (length_ * b.more - turning_ * (length_ * left + b.along * b.longer)) / b.length;
-  g = collect(sum(by_delta, b.delta, by_axis, axis_));
-}
-
-double SampledForce::energy() const noexcept {
-  const Deformed& b = deformed_;
-  const Each left = (b.along * b.longer - dot(b.delta, b.delta)) / (b.length + length_);
-  const double linear = static_cast<double>(-0.5F * (turning_ * left * (b.longer + b.along)).sum());
-  if (stiffening_.size() == 0) return linear;
-  const Eigen::ArrayXd from = elongation_.cast<double>(), longer = b.longer.cast<double>(), bends = linear_at_.cast<double>();
-  const auto stored = [&](const Eigen::ArrayXd& e) -> Eigen::ArrayXd {
-    const Eigen::ArrayXd to = e.max(-bends).min(bends), squared = to.square(), beyond = e - to;
+double SampledSpringGroup::energy() const noexcept {
+  using Doubles = Eigen::Array<double, kElementLanes, 1>;
+  const auto doubles = [](const ElementLane& of) {
+    Doubles d;
+    for (int l = 0; l < kElementLanes; ++l) d[l] = static_cast<double>(of[l]);
+    return d;
+  };
+  ElementLane square;
+  dot(delta, delta, square);
+  const ElementLane left = (along * longer - square) / (reach + length), turned = turning * left * (longer + along);
+  const double linear = -0.5 * doubles(turned).sum();
+  if (!stiffens) return linear;
+  const Doubles from = doubles(elongation), further = doubles(longer), bends = doubles(linear_at);
+  const auto stored = [&](const Doubles& e) -> Doubles {
+    const Doubles to = e.max(-bends).min(bends), squared = to.square(), beyond = e - to;
     return squared * (0.25 * squared + to * beyond + 1.5 * beyond.square());
   };
-  const Eigen::ArrayXd at = from.max(-bends).min(bends), squared = at.square();
-  const Eigen::ArrayXd first = squared * (3 * from - 2 * at), second = 3 * squared;
+  const Doubles at = from.max(-bends).min(bends), squared = at.square(), first = squared * (3 * from - 2 * at);
   return linear +
-         (stiffening_.cast<double>() * (stored(from + longer) - stored(from) - first * longer - 0.5 * second * longer.square()))
+         (doubles(stiffening) * (stored(from + further) - stored(from) - first * further - 1.5 * squared * further.square()))
              .sum();
 }
 
-void SampledForce::damping(const Values& rate, Values& change, Values& at_stamp) const noexcept {
-  const Vectors there = sum(length_, axis_, Each::Ones(count_), deformed_.delta), motion = moved(rate);
-  const Each now = damping_ * dot(there, motion) / dot(there, there).max(kSpringLengthMinM * kSpringLengthMinM);
-  const Each before = damping_ * dot(axis_, motion);
-  change = collect(sum(now, there, -before, axis_));
-  at_stamp = (damping_at_stamp_ * u_.cast<double>()).cast<float>();
+void SampledSpringGroup::damping(const ElementLane (&rate)[3], ElementLane (&q)[3]) const noexcept {
+  ElementLane there[3], square, product, before;
+  for (int i = 0; i < 3; ++i) there[i] = length * axis[i] + delta[i];
+  dot(there, there, square);
+  dot(there, rate, product);
+  dot(axis, rate, before);
+  const ElementLane least = ElementLane{} + kSpringLengthMinM * kSpringLengthMinM;
+  const ElementLane now = damper * product / (square > least ? square : least);
+  for (int i = 0; i < 3; ++i) q[i] = now * there[i] - damper * before * axis[i];
 }
 
 }  // namespace palpate

@@ -1,10 +1,8 @@
 // The forces of a patch beyond the linear model, from some of the body's own springs: scheme `hyper`, lattices.
 //
-// A spring e between nodes a and b has the span d = x_b - x_a at the stamp, and d + delta_e, delta_e = G_e u, G_e = V_b - V_a,
-// when the variables of the patch are u: u = (displacement of the tool, q) for a grasp, u = q for touch, V_i the motion of node i
-// with them, of shape 3 x n (node_motion.hpp). Springs share their nodes: in a mesh some five springs for two nodes, and a spring
-// needs a tenth of the bytes of its nodes. With its energy U_e(|d|), tension T = U', axis n_e = d / |d| and damper c_e, and
-// weights w_e >= 0 chosen so that few springs represent all (server/reduce/sample_springs.hpp),
+// A spring e has the span d = x_b - x_a at the stamp, and d + delta_e, delta_e = G_e u, when the variables of the patch are u
+// (sampled_elements.hpp, with H_e = G_e). With its energy U_e(|d|), tension T = U', axis n_e = d / |d| and damper c_e, and
+// weights w_e >= 0 chosen so that few springs represent all (server/reduce/sampling.hpp),
 //
 //     E(u) = sum_e w_e [ U_e(|d + delta|) - U_e(|d|) - T n . delta - delta^T K_e delta / 2 ]        [J]
 //     K_e = T' n n^T + (T / |d|) (1 - n n^T)
@@ -38,97 +36,41 @@
 // Kim and James, SIGGRAPH Asia (2008); added mass, Olovsson, Simonsson and Unosson, IJNME 63 (2005).
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
-#include <vector>
-
-#include "common/base/limits.hpp"
-#include "common/port/node_motion.hpp"
-#include "common/port/patch.hpp"
+#include "common/port/sampled_force.hpp"
 
 namespace palpate {
 
-inline constexpr int kMaxVariables = kMaxModes + 3;  ///< n: the modes, and the three axes of a tool that grasps
-/// Bounds of the format, and so of a tick: four datagrams hold some 130 springs between 55 nodes (docs/reference/wire.md).
-inline constexpr int kMaxSprings = 160, kMaxSpringNodes = 80;
+/// Springs side by side, at one u.
+struct SampledSpringGroup {
+  static constexpr int kRows = 3, kGroupsMax = (kMaxSprings + kElementLanes - 1) / kElementLanes;
 
-struct SampledSprings {
-  NodeMotion motion;                    ///< V_i
-  Eigen::Matrix3Xf position;            ///< x_i [m], with any origin
-  Eigen::Matrix2Xi ends;                ///< a and b
-  Eigen::VectorXf rest_length;          ///< L [m]
-  Eigen::VectorXf stiffness;            ///< w k [N/m]
-  Eigen::VectorXf damping;              ///< w c [N s/m]
-  float stiffening = 0;                 ///< c of the law, 0: linear
-  std::vector<std::uint8_t> max_slope;  ///< 16 log2 sigma, for a law that stiffens
-  int count() const { return static_cast<int>(rest_length.size()); }
-  /// d
-  Eigen::Matrix3Xf spans() const;
-  /// sigma
-  Eigen::ArrayXd steepest() const;
-  /// Returns the bytes of such slopes, rounded up, from 1 to 6e4.
-  static std::vector<std::uint8_t> steep_of(const Eigen::ArrayXd& slopes);
-  /// Returns G_e, 3 rows a spring [1 for the tool, 1/kg^1/2 for q]; `tool`: number of variables, the first ones, that the tool
-  /// prescribes.
-  Eigen::MatrixXf motions(int tool) const;
+  ElementLane axis[3], length, turning, damper;  ///< n, l, kappa_e, w c
+  bool stiffens = false;
+  ElementLane stiffening, elongation, in_law, linear_at;  ///< w k c / L^2, and at the stamp e, b_0; where it is linear from
+  ElementLane delta[3], along, longer, reach, more;       ///< delta, a, Delta, |d + delta|, T_2
+
+  /// Springs without stiffness.
+  SampledSpringGroup();
+  void move(const ElementLane (&change)[kRows]) noexcept;
+  void force(ElementLane (&q)[kRows]) const noexcept;
+  double energy() const noexcept;
+  void damping(const ElementLane (&rate)[kRows], ElementLane (&q)[kRows]) const noexcept;
 };
 
-/// Springs compiled for the haptic thread. Stands at u = 0 when it is new.
-class SampledForce {
+class SampledSpringForce : public SampledForce<SampledSpringGroup> {
  public:
-  static constexpr double kStableStiffness = 4;  ///< in 1 / h^2, for unit mass: an explicit step is stable below
-  using Values = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
-
-  SampledForce() = default;
+  SampledSpringForce() = default;
   /// `rate`: u'*; `slowed`: adds as much mass as the step needs.
-  SampledForce(const SampledSprings& springs, int tool, const Eigen::VectorXd& rate, double step_s, bool slowed);
+  SampledSpringForce(const SampledElements& springs, int tool, const Eigen::VectorXd& rate, double step_s, bool slowed);
 
-  /// True without springs, or when they are too stiff for the step and not slowed.
-  bool empty() const { return count_ == 0; }
-  /// A; empty where the springs need none.
-  const ModeMatrix& added_mass() const { return added_mass_; }
   /// Least strain beyond which the law of a spring continues linearly; 0 for a linear one.
   double linear_from() const { return linear_from_; }
   /// sum w G^T (k - K_e) G: the least stiffness that E has far away, where every spring is stretched along its direction.
   Eigen::MatrixXd far_stiffness() const { return far_stiffness_; }
-  /// Moves to u. No allocation, nor below.
-  void move_to(const Values& u) noexcept;
-  /// dE/du
-  void gradient(Values& g) const noexcept;
-  /// E [J]
-  double energy() const noexcept;
-  /// Computes the negative of the force on u due to the dampers' rotation, and B u, which is to be subtracted from it.
-  void damping(const Values& rate, Values& change, Values& at_stamp) const noexcept;
 
  private:
-  static constexpr int kFloatLanes = 8;  // lanes of a vector register of 256 bits
-  static constexpr int kPaddedSprings = (kMaxSprings + kFloatLanes - 1) / kFloatLanes * kFloatLanes;  // whole registers
-  using Each = Eigen::Array<float, Eigen::Dynamic, 1, 0, kPaddedSprings, 1>;
-  using Vectors = Eigen::Array<float, Eigen::Dynamic, 3, Eigen::ColMajor, kPaddedSprings, 3>;  // a vector per spring
-  using OfVariables = BoundedMatrix<kMaxVariables, kMaxVariables>;
-
-  struct Deformed {  // delta, a, Delta, |d + delta|, T_2
-    Vectors delta;
-    Each along, longer, length, more;
-  };
-  /// Compute a v + b w, and v . w, for every spring.
-  static Vectors sum(const Each& a, const Vectors& v, const Each& b, const Vectors& w) noexcept;
-  static Each dot(const Vectors& v, const Vectors& w) noexcept;
-  Vectors moved(const Values& u) const noexcept;
-  Values collect(const Vectors& f) const noexcept;
-
-  int count_ = 0, variables_ = 0;  // springs, padded with ones without stiffness to a whole register
   double linear_from_ = 0;
-  // G, axis by axis
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kPaddedSprings, kMaxVariables> motion_;
-  Vectors axis_;
-  Each length_, turning_, damping_;                    // l, kappa_e, w c_e
-  Each stiffening_, elongation_, in_law_, linear_at_;  // w k c / L^2, and at the stamp e, b_0; where it is linear from: of
-                                                       // a law that stiffens
-  OfVariables damping_at_stamp_, far_stiffness_;       // B
-  ModeMatrix added_mass_;
-  Values u_;
-  Deformed deformed_;
+  BoundedMatrix<kMaxVariables, kMaxVariables> far_stiffness_;
 };
 
 }  // namespace palpate

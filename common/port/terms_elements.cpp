@@ -1,4 +1,4 @@
-// Terms of springs and tetrahedra.
+// Terms of springs and finite elements.
 #include <algorithm>
 #include <cmath>
 
@@ -12,115 +12,84 @@ using namespace packed;
 
 namespace {
 
-void append_steps(const NodeMotion& motion, PatchTerms& head, std::vector<std::uint16_t>& out) {
-  head.unit[0] = append(motion.scale, out);
-  for (const float step : motion.step) out.push_back(to_half(step));
-}
-
-void take_steps(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NodeMotion& motion) {
-  motion.tool = head.tool == kNoHeldNode ? -1 : head.tool;
-  motion.tool_axes = head.tool_axes;
-  motion.scale = take(numbers, at, layout(head).modes, head.unit[0]);
-  motion.step = take(numbers, at, head.nodes, 1);
-}
-
 /// Returns positions relative to the middle of all.
 Eigen::Matrix3Xf places_of(const Eigen::Matrix3Xf& position) {
   const Eigen::Vector3f middle = 0.5F * (position.rowwise().minCoeff() + position.rowwise().maxCoeff());
   return position.colwise() - middle;
 }
 
+/// Returns true if every element has a volume, and none a negative stiffness.
+bool is_valid_solid(const SampledElements& e) {
+  bool fine = e.dilation.minCoeff() >= 0;
+  for (int k = 0; k < e.count() && fine; ++k) {
+    float volume = 0;
+    fine = e.gradients(k, volume).allFinite() && volume > 0;
+  }
+  return fine;
+}
+
 }  // namespace
 
-void append_springs(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
+void append_elements(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
   constexpr float kRestLengthMax = 65535;  // limit of a uint16: L in its unit
-  const SampledSprings& springs = terms.springs;
-  append_steps(springs.motion, head, out);
-  head.unit[2] = append(springs.stiffness, out);
-  head.unit[3] = append(springs.damping, out);
-  append_motion(springs.motion, out);
-  const Eigen::Matrix3Xf place = places_of(springs.position);
-  const float unit = head.unit[1] =
-      power_of_two_above(std::max(place.cwiseAbs().maxCoeff() / kPlaceMax, springs.rest_length.maxCoeff() / kRestLengthMax));
+  const SampledElements& e = terms.elements;
+  head.unit[0] = append(e.motion.scale, out);
+  for (const float step : e.motion.step) out.push_back(to_half(step));
+  head.unit[2] = append(e.stiffness, out);
+  if (e.is_solid()) {
+    head.unit[3] = append(e.dilation, out);
+    for (const float t : e.damping) out.push_back(to_half(t));
+  } else {
+    head.unit[3] = append(e.damping, out);
+  }
+  append_motion(e.motion, out);
+  const Eigen::Matrix3Xf place = places_of(e.position), rest = e.is_solid() ? places_of(e.rest) : Eigen::Matrix3Xf();
+  float& unit = head.unit[1];
+  unit = place.cwiseAbs().maxCoeff() / kPlaceMax;
+  if (e.is_solid())
+    unit = std::max(unit, rest.cwiseAbs().maxCoeff() / kPlaceMax);
+  else
+    unit = std::max(unit, e.rest_length.maxCoeff() / kRestLengthMax);
+  unit = power_of_two_above(unit);
   append_places(place, unit, out);
-  for (const float length : springs.rest_length)
+  append_places(rest, unit, out);
+  for (const float length : e.rest_length)
     out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kRestLengthMax))));
-  for (const auto& ends : springs.ends.colwise()) out.push_back(static_cast<std::uint16_t>(ends[0] | ends[1] << 8U));
-  append_bytes(springs.max_slope, out);
+  std::vector<std::uint8_t> nodes;
+  for (const int node : e.nodes.reshaped()) nodes.push_back(static_cast<std::uint8_t>(node));
+  append_bytes(nodes, out);
+  append_bytes(e.max_slope, out);
   head.unit[4] = append(terms.e2, out);
 }
 
-void append_tetrahedra(const NonlinearTerms& terms, PatchTerms& head, std::vector<std::uint16_t>& out) {
-  const SampledTetrahedra& solid = terms.solid;
-  append_steps(solid.motion, head, out);
-  head.unit[2] = append(solid.shear, out);
-  head.unit[3] = append(solid.dilation, out);
-  for (const float t : solid.damping_s) out.push_back(to_half(t));
-  append_motion(solid.motion, out);
-  const Eigen::Matrix3Xf place = places_of(solid.position), rest = places_of(solid.rest);
-  head.unit[1] = power_of_two_above(std::max(place.cwiseAbs().maxCoeff(), rest.cwiseAbs().maxCoeff()) / kPlaceMax);
-  append_places(place, head.unit[1], out);
-  append_places(rest, head.unit[1], out);
-  for (const auto& nodes : solid.nodes.colwise()) {
-    out.push_back(static_cast<std::uint16_t>(nodes[0] | nodes[1] << 8U));
-    out.push_back(static_cast<std::uint16_t>(nodes[2] | nodes[3] << 8U));
-  }
-  head.unit[4] = append(terms.e2, out);
-}
-
-bool take_springs(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms) {
+bool take_elements(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms) {
   const TermsLayout l = layout(head);
-  const int m = head.springs, nodes = head.nodes;
-  SampledSprings& springs = terms.springs;
-  springs.stiffening = head.stiffening;
-  take_steps(numbers, at, head, springs.motion);
-  springs.stiffness = take(numbers, at, m, head.unit[2]);
-  springs.damping = take(numbers, at, m, head.unit[3]);
-  const bool fine = take_motion(numbers, at, l.modes, nodes, springs.motion);
-  springs.position = take_places(numbers, at, head.nodes, head.unit[1]);
-  const auto next = [&] { return numbers[static_cast<std::size_t>(at++)]; };
-  springs.rest_length.resize(m);
-  for (float& length : springs.rest_length) length = head.unit[1] * static_cast<float>(next());
-  springs.ends.resize(2, m);
-  for (int e = 0; e < m; ++e) {
-    const unsigned word = next();
-    springs.ends(0, e) = static_cast<int>(word & 0xffU);
-    springs.ends(1, e) = static_cast<int>(word >> 8U);
+  const int m = head.elements;
+  SampledElements& e = terms.elements;
+  e.motion.tool = head.tool == kNoHeldNode ? -1 : head.tool;
+  e.motion.tool_axes = head.tool_axes;
+  e.motion.scale = take(numbers, at, l.modes, head.unit[0]);
+  e.motion.step = take(numbers, at, head.nodes, 1);
+  e.stiffness = take(numbers, at, m, head.unit[2]);
+  if (head.solid) e.dilation = take(numbers, at, m, head.unit[3]);
+  e.damping = take(numbers, at, m, head.solid ? 1 : head.unit[3]);
+  if (!take_motion(numbers, at, l.modes, head.nodes, e.motion)) return false;
+  e.position = take_places(numbers, at, head.nodes, head.unit[1]);
+  if (head.solid) {
+    e.law = head.law;
+    e.rest = take_places(numbers, at, head.nodes, head.unit[1]);
+  } else {
+    e.stiffening = head.stiffening;
+    e.rest_length.resize(m);
+    for (float& length : e.rest_length) length = head.unit[1] * static_cast<float>(numbers[static_cast<std::size_t>(at++)]);
   }
-  if (springs.stiffening > 0) springs.max_slope = take_bytes(numbers, at, m);
+  e.nodes.resize(head.solid ? 4 : 2, m);
+  const std::vector<std::uint8_t> nodes = take_bytes(numbers, at, static_cast<int>(e.nodes.size()));
+  std::copy(nodes.begin(), nodes.end(), e.nodes.reshaped().begin());
+  if (e.stiffening > 0) e.max_slope = take_bytes(numbers, at, m);
   terms.e2 = take(numbers, at, l.e2, head.unit[4]);
-  return fine && springs.ends.maxCoeff() < nodes && springs.rest_length.minCoeff() > 0 && springs.stiffness.minCoeff() >= 0 &&
-         springs.damping.minCoeff() >= 0;
-}
-
-bool take_tetrahedra(const std::vector<std::uint16_t>& numbers, int& at, const PatchTerms& head, NonlinearTerms& terms) {
-  const TermsLayout l = layout(head);
-  const int m = head.tetrahedra, nodes = head.nodes;
-  SampledTetrahedra& solid = terms.solid;
-  solid.law = head.law;
-  take_steps(numbers, at, head, solid.motion);
-  solid.shear = take(numbers, at, m, head.unit[2]);
-  solid.dilation = take(numbers, at, m, head.unit[3]);
-  solid.damping_s = take(numbers, at, m, 1);
-  if (!take_motion(numbers, at, l.modes, nodes, solid.motion)) return false;
-  solid.position = take_places(numbers, at, head.nodes, head.unit[1]);
-  solid.rest = take_places(numbers, at, head.nodes, head.unit[1]);
-  solid.nodes.resize(4, m);
-  for (int e = 0; e < m; ++e)
-    for (int pair = 0; pair < 2; ++pair) {
-      const unsigned word = numbers[static_cast<std::size_t>(at++)];
-      solid.nodes(2 * pair, e) = static_cast<int>(word & 0xffU);
-      solid.nodes(2 * pair + 1, e) = static_cast<int>(word >> 8U);
-    }
-  terms.e2 = take(numbers, at, l.e2, head.unit[4]);
-  if (solid.nodes.maxCoeff() >= nodes || solid.shear.minCoeff() < 0 || solid.dilation.minCoeff() < 0 ||
-      solid.damping_s.minCoeff() < 0)
-    return false;
-  for (int e = 0; e < m; ++e) {
-    float volume = 0;
-    if (!solid.gradients(e, volume).allFinite() || !(volume > 0)) return false;
-  }
-  return true;
+  if (e.nodes.maxCoeff() >= head.nodes || e.stiffness.minCoeff() < 0 || e.damping.minCoeff() < 0) return false;
+  return head.solid ? is_valid_solid(e) : e.rest_length.minCoeff() > 0;
 }
 
 }  // namespace palpate

@@ -22,11 +22,11 @@ TermsLayout with_surface(TermsLayout l, const PatchTerms& p) {
 }  // namespace
 
 TermsLayout layout(const PatchTerms& p) {
-  const int n = p.variables, r = n - (p.grasp ? 3 : 0), e2 = p.repaired ? pairs_of(n) : 0, springs = p.springs,
-            tetrahedra = p.tetrahedra;
-  const int places = (tetrahedra > 0 ? 6 : 3) * p.nodes, max_slope = p.stiffening > 0 ? words_of_bytes(springs) : 0;
-  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + places + 2 * (springs + tetrahedra) + max_slope;
-  return with_surface({r, e2, r + p.nodes + 2 * springs + 3 * tetrahedra, packed, e2, 0}, p);
+  const int n = p.variables, r = n - (p.grasp ? 3 : 0), e2 = p.repaired ? pairs_of(n) : 0, m = p.elements;
+  const int places = (p.solid ? 6 : 3) * p.nodes, lengths = p.solid ? 0 : m, nodes = (p.solid ? 2 : 1) * m;
+  const int max_slope = p.stiffening > 0 ? words_of_bytes(m) : 0;
+  const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + places + lengths + nodes + max_slope;
+  return with_surface({r, e2, r + p.nodes + (p.solid ? 3 : 2) * m, packed, e2, 0}, p);
 }
 
 }  // namespace palpate

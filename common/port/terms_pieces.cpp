@@ -33,8 +33,8 @@ bool is_finite(const std::vector<PortVertex>& vertices) {
 
 bool same_whole(const PatchTerms& a, const PatchTerms& b) {
   return a.patch_seq == b.patch_seq && a.pieces == b.pieces && a.variables == b.variables && a.vertices == b.vertices &&
-         a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired && a.springs == b.springs &&
-         a.tetrahedra == b.tetrahedra && a.law == b.law && a.nodes == b.nodes && a.tool == b.tool && a.tool_axes == b.tool_axes &&
+         a.triangles == b.triangles && a.grasp == b.grasp && a.repaired == b.repaired && a.solid == b.solid &&
+         a.elements == b.elements && a.law == b.law && a.nodes == b.nodes && a.tool == b.tool && a.tool_axes == b.tool_axes &&
          a.stiffening == b.stiffening && a.unit == b.unit;
 }
 
@@ -48,10 +48,11 @@ TermsFault check(const LawParameters& law) {
   if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) return TermsFault::not_finite;
   constexpr double kLengthRounding = 1e-3;  // halves of a direction have a relative error of 5e-4
   const auto within = [](double v, double high) { return v >= 0 && v <= high; };
-  const double most_shape = law.kind == SolidLaw::mooney_rivlin || law.kind == SolidLaw::ogden ? kMaxSecondShare
-                            : law.kind == SolidLaw::veronda_westmann                           ? kMaxExponent
-                                                                                               : 0;
-  bool fine = within(law.shape, most_shape) && within(fibres.share, kMaxFibreShare) && within(fibres.exponent, kMaxExponent) &&
+  constexpr double kFloatRounding = 1e-6;  // the shape is sent in single precision
+  const ShapeRange range = shape_range(law.kind);
+  bool fine = law.kind < SolidLaw::membrane && law.shape >= (1 - kFloatRounding) * range.low &&
+              law.shape <= (1 + kFloatRounding) * range.high && within(fibres.share, kMaxFibreShare) &&
+              within(fibres.exponent, kMaxExponent) &&
               std::abs(std::hypot(fibres.direction[0], fibres.direction[1], fibres.direction[2]) - 1) < kLengthRounding;
   for (const double exponent : law.exponents) {
     const double size = std::abs(exponent);
@@ -63,9 +64,10 @@ TermsFault check(const LawParameters& law) {
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
-  if (p.variables > kMaxVariables || p.springs > kMaxSprings || p.tetrahedra > kMaxTetrahedra) return TermsFault::sizes;
-  if ((p.springs > 0) == (p.tetrahedra > 0) || (p.law != LawParameters() && p.tetrahedra == 0)) return TermsFault::sizes;
-  if (p.nodes == 0 || p.nodes > kMaxSpringNodes || p.tool_axes > 3) return TermsFault::sizes;
+  if (p.variables > kMaxVariables || p.elements == 0 || p.elements > (p.solid ? kMaxFiniteElements : kMaxSprings))
+    return TermsFault::sizes;
+  if (p.law != LawParameters() && !p.solid) return TermsFault::sizes;
+  if (p.nodes == 0 || p.nodes > kMaxSampledNodes || p.tool_axes > 3) return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
   if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
@@ -76,7 +78,7 @@ TermsFault check(const PatchTerms& p) {
     if (l.is_half(p.piece * kPieceNumbers + static_cast<int>(k)) && !finite_half(p.numbers[k])) return TermsFault::not_finite;
   if (const TermsFault fault = check(p.law); fault != TermsFault::none) return fault;
   const auto within = [](float v, float high) { return v >= 0 && v <= high; };
-  const bool fine = within(p.stiffening, p.springs > 0 ? kStiffeningMax : 0) &&
+  const bool fine = within(p.stiffening, p.solid ? 0 : kStiffeningMax) &&
                     std::all_of(p.unit.begin(), p.unit.end(), [&](float v) { return within(v, kUnitMax); });
   return fine ? TermsFault::none : TermsFault::out_of_range;
 }
@@ -84,7 +86,8 @@ TermsFault check(const PatchTerms& p) {
 int numbers_of(const TermsBudget& budget, int nodes, int elements) {
   PatchTerms whole = surface_for(budget);
   whole.nodes = static_cast<std::uint8_t>(nodes);
-  (budget.solid ? whole.tetrahedra : whole.springs) = static_cast<std::uint8_t>(elements);
+  whole.solid = budget.solid;
+  whole.elements = static_cast<std::uint8_t>(elements);
   whole.stiffening = budget.stiffens ? 1 : 0;
   return layout(whole).total();
 }
@@ -95,30 +98,25 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   whole.variables = static_cast<std::uint8_t>(terms.variables);
   whole.grasp = terms.grasp;
   whole.repaired = terms.e2.size() > 0;
-  whole.springs = static_cast<std::uint8_t>(terms.springs.count());
-  whole.tetrahedra = static_cast<std::uint8_t>(terms.solid.count());
-  if (whole.tetrahedra > 0)
-    whole.law = terms.solid.law;
-  else
-    whole.stiffening = terms.springs.stiffening;
-  const NodeMotion& motion = whole.tetrahedra > 0 ? terms.solid.motion : terms.springs.motion;
+  const SampledElements& elements = terms.elements;
+  if (elements.count() == 0) return {};
+  whole.solid = elements.is_solid();
+  whole.elements = static_cast<std::uint8_t>(elements.count());
+  whole.law = elements.law;
+  whole.stiffening = elements.stiffening;
+  const NodeMotion& motion = elements.motion;
   whole.nodes = static_cast<std::uint8_t>(motion.nodes());
   whole.tool_axes = static_cast<std::uint8_t>(motion.tool_axes);
   whole.tool = motion.tool < 0 ? kNoHeldNode : static_cast<std::uint8_t>(motion.tool);
   whole.vertices = static_cast<std::uint8_t>(terms.vertices.size());
   whole.triangles = static_cast<std::uint8_t>(terms.triangles.size());
-  if ((whole.springs > 0) == (whole.tetrahedra > 0)) return {};
   const TermsLayout l = layout(whole);
   // those whose bits check() does not inspect completely
-  if (!terms.springs.position.allFinite() || !terms.springs.rest_length.allFinite() ||
-      (terms.springs.stiffening > 0 && terms.springs.max_slope.size() != whole.springs) || !terms.solid.position.allFinite() ||
-      !terms.solid.rest.allFinite() || !is_finite(terms.vertices))
+  if (!elements.position.allFinite() || !elements.rest_length.allFinite() || !elements.rest.allFinite() ||
+      (elements.stiffening > 0 && elements.max_slope.size() != whole.elements) || !is_finite(terms.vertices))
     return {};
   std::vector<std::uint16_t> numbers;
-  if (whole.springs > 0)
-    append_springs(terms, whole, numbers);
-  else
-    append_tetrahedra(terms, whole, numbers);
+  append_elements(terms, whole, numbers);
   append_surface(terms, numbers);
   assert(static_cast<int>(numbers.size()) == l.total());
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
@@ -165,8 +163,7 @@ std::optional<NonlinearTerms> TermsAssembly::terms_for(const Patch& patch) const
   terms.variables = head_.variables;
   terms.grasp = head_.grasp;
   int at = 0;
-  const auto take_terms = head_.springs > 0 ? take_springs : take_tetrahedra;
-  if (!take_terms(numbers_, at, head_, terms)) return std::nullopt;
+  if (!take_elements(numbers_, at, head_, terms)) return std::nullopt;
   terms.rate = stamp_rate(patch);
   if (!take_surface(numbers_, at, head_, terms) || !has_room(patch.surface, terms)) return std::nullopt;
   if (terms.triangles.empty() && terms.vertices.empty()) return terms;

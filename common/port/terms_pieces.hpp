@@ -4,11 +4,11 @@
 //     of springs: s, h (node_motion.hpp), w k and w c, half precision, each but h in a unit of its own, the largest number some
 //     thousands; then b, two bytes a word, p(i) in bytes too, the nodes' places and L as multiples of a length, and the two
 //     ends of each spring in a word; for a law that stiffens one byte each, its largest slope; E2 where there is a repair;
-//     or, of tetrahedra: s, h, w V mu_L, w V lambda_L and t, likewise, but t like h; then b and p(i) as of springs, the nodes'
-//     places and their places at rest as multiples of a length, and the four nodes of each in two words; E2 likewise;
-//     the added surface of a touch: a length and, as a sum of two numbers an axis [1/1024 m], the middle of its vertices;
-//     their motion with the modes, s and h as of springs, in [1/kg^1/2]; their normals; then b and p(i), and their places from
-//     the middle as multiples of that length; of every triangle its three corners, five bits each
+//     or, of finite elements: s, h, w V mu_L, w V lambda_L and t, likewise, but t like h; then b and p(i) as of springs, the
+//     nodes' places and their places at rest as multiples of a length, and the four nodes of each in two words; E2 likewise; the
+//     added surface of a touch: a length and, as a sum of two numbers an axis [1/1024 m], the middle of its vertices; their
+//     motion with the modes, s and h as of springs, in [1/kg^1/2]; their normals; then b and p(i), and their places from the
+//     middle as multiples of that length; of every triangle its three corners, five bits each
 //
 // Half precision has a relative error of 5e-4, b an error of 4e-3 of the largest of its node. Sender and receiver compute the
 // energies from the same numbers, so their forces stay conservative; and as K_e has the same G, no spring pushes at the stamp.
@@ -26,7 +26,7 @@ namespace palpate {
 
 inline constexpr int kPieceNumbers = 524;         ///< words of 16 bits that 1200 bytes hold besides the tables of a piece
 inline constexpr int kUsualPieces = 4;            ///< a frame with these and its patch has at most 6000 bytes
-inline constexpr std::uint8_t kNoHeldNode = 255;  ///< stored in a byte, above any of kMaxSpringNodes
+inline constexpr std::uint8_t kNoHeldNode = 255;  ///< stored in a byte, above any of kMaxSampledNodes
 
 /// Figures that are known before the number of terms is.
 struct TermsBudget {
@@ -34,7 +34,7 @@ struct TermsBudget {
   bool grasp = false, repaired = false;  ///< repaired: there is an E2
   int vertices = 3;                      ///< vertices of the patch
   bool stiffens = false;                 ///< true: the springs' law stiffens
-  bool solid = false;                    ///< true: tetrahedra, false: springs
+  bool solid = false;                    ///< true: finite elements, false: springs
 };
 /// Numbers needed for that many elements and nodes, in addition to the largest surface that a touch may add when `vertices` are
 /// in its patch; they fit while there are at most kUsualNumbers.
@@ -50,10 +50,10 @@ struct PatchTerms {
   std::uint8_t piece = 0, pieces = 0, variables = 0, vertices = 0, triangles = 0;
   bool grasp = false;               ///< true: u starts with the tool's displacement
   bool repaired = false;            ///< true: there is an E2
-  std::uint8_t springs = 0;         ///< number of springs, or
-  std::uint8_t tetrahedra = 0;      ///< of tetrahedra
-  LawParameters law;                ///< law of the tetrahedra
-  std::uint8_t nodes = 0;           ///< nodes of springs or tetrahedra
+  bool solid = false;               ///< true: finite elements, false: springs
+  std::uint8_t elements = 0;        ///< number of elements
+  std::uint8_t nodes = 0;           ///< nodes of the elements
+  LawParameters law;                ///< law of the finite elements
   std::uint8_t tool = kNoHeldNode;  ///< the one of these nodes that the tool holds
   std::uint8_t tool_axes = 3;       ///< axes along which the tool moves that node
   float stiffening = 0;             ///< parameter of the springs' law

@@ -295,18 +295,15 @@ WireFault read(const wire::PatchTerms& table, PatchTerms& m) {
   m.triangles = head.triangles();
   m.grasp = (head.flags() & kGraspFlag) != 0;
   m.repaired = (head.flags() & kRepairedFlag) != 0;
-  const bool of_springs = (head.flags() & kSpringsFlag) != 0, of_solid = (head.flags() & kSolidFlag) != 0;
-  if (of_springs == of_solid || !table.springs()) return WireFault::malformed;
-  (of_solid ? m.tetrahedra : m.springs) = table.springs()->count();
-  m.nodes = table.springs()->nodes();
-  m.tool = table.springs()->tool();
-  m.tool_axes = table.springs()->tool_axes();
-  const auto law = std::find(kFlagOfLaw.begin(), kFlagOfLaw.end(), head.flags() & kLawFlags);
-  if (law == kFlagOfLaw.end()) return WireFault::malformed;  // flags of several laws
+  m.solid = (head.flags() & kSolidFlag) != 0;
+  m.elements = head.elements();
+  m.nodes = head.nodes();
+  m.tool = head.tool();
+  m.tool_axes = head.tool_axes();
   m.law = {};
-  m.law.kind = static_cast<SolidLaw>(law - kFlagOfLaw.begin());
-  m.stiffening = of_springs ? table.springs()->stiffening() : 0;
-  if (of_solid) m.law.shape = static_cast<double>(table.springs()->stiffening());
+  m.law.kind = static_cast<SolidLaw>(head.law());  // check() refuses one that is unknown
+  m.stiffening = m.solid ? 0 : head.shape();
+  if (m.solid) m.law.shape = static_cast<double>(head.shape());
   const auto number = [](std::uint16_t half) { return static_cast<double>(packed::from_half(half)); };
   m.law.exponents = {number(head.exponent_1()), number(head.exponent_2())};
   if (head.fibre_share() != 0)

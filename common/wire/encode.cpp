@@ -153,21 +153,20 @@ class BodyWriter {
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);
     if (!packer_.ok()) return {};
-    const auto flags = static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) |
-                                                 (m.springs > 0 ? kSpringsFlag : 0) | (m.tetrahedra > 0 ? kSolidFlag : 0) |
-                                                 kFlagOfLaw[static_cast<std::size_t>(m.law.kind)]);
-    const float shape = m.tetrahedra > 0 ? static_cast<float>(m.law.shape) : m.stiffening;
-    const wire::SpringsHead springs(shape, std::max(m.springs, m.tetrahedra), m.nodes, m.tool, m.tool_axes);
+    const auto flags =
+        static_cast<std::uint8_t>((m.grasp ? kGraspFlag : 0) | (m.repaired ? kRepairedFlag : 0) | (m.solid ? kSolidFlag : 0));
+    const float shape = m.solid ? static_cast<float>(m.law.shape) : m.stiffening;
     const auto half = [](double v) { return packed::to_half(static_cast<float>(v)); };
     const Fibres& fibres = m.law.fibres;
     const bool any = fibres.share > 0;
     const auto of_fibres = [&](double v) { return any ? half(v) : std::uint16_t{0}; };
-    const wire::TermsHead head(m.patch_seq, half(m.law.exponents[0]), half(m.law.exponents[1]), m.unit[0], m.unit[1], m.unit[2],
-                               m.unit[3], m.unit[4], of_fibres(fibres.direction[0]), of_fibres(fibres.direction[1]),
+    const wire::TermsHead head(m.patch_seq, half(m.law.exponents[0]), half(m.law.exponents[1]), shape, m.unit[0], m.unit[1],
+                               m.unit[2], m.unit[3], m.unit[4], of_fibres(fibres.direction[0]), of_fibres(fibres.direction[1]),
                                of_fibres(fibres.direction[2]), of_fibres(fibres.share), of_fibres(fibres.exponent), m.piece,
-                               m.pieces, m.variables, flags, m.vertices, m.triangles);
+                               m.pieces, m.variables, flags, static_cast<std::uint8_t>(m.law.kind), m.elements, m.nodes, m.tool,
+                               m.tool_axes, m.vertices, m.triangles);
     const auto numbers = builder_.CreateVector(m.numbers.data(), m.numbers.size());
-    return done(wire::Payload::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers, &springs));
+    return done(wire::Payload::PatchTerms, wire::CreatePatchTerms(builder_, &head, numbers));
   }
 
  private:

@@ -28,16 +28,7 @@ enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag
 enum TermsFlag : std::uint8_t {
   kGraspFlag = 1,
   kRepairedFlag = 2,
-  kSpringsFlag = 4,
-  kSolidFlag = 8,
-  kCorotationalFlag = 16,
-  kMooneyRivlinFlag = 32,
-  kVerondaWestmannFlag = 64,
-  kOgdenFlag = 128,
-  kLawFlags = kCorotationalFlag | kMooneyRivlinFlag | kVerondaWestmannFlag | kOgdenFlag
+  kSolidFlag = 4,
 };
-/// Flags of the laws, in their order.
-inline constexpr std::array<std::uint8_t, 5> kFlagOfLaw{kCorotationalFlag, 0, kMooneyRivlinFlag, kVerondaWestmannFlag,
-                                                        kOgdenFlag};
 
 }  // namespace palpate

@@ -69,17 +69,6 @@ Mat9 elastic_tangent(const ElementMaterial& m, const Mat3& f, bool clamp) {
   return Mat9::NullaryExpr([&](Eigen::Index i, Eigen::Index k) { return a.at(static_cast<int>(i), static_cast<int>(k))[0]; });
 }
 
-Mat3 second_order_stress(const ElementMaterial& m, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
-  constexpr double kChange = 2e-5;  // step of F
-  const double size = df_2.norm();
-  if (size == 0) return Mat3::Zero();
-  const Mat3 way = (kChange / size) * df_2;
-  const Tangent<Pair> a = tangents_at(m, f + way, f - way, false);
-  LaneMatrix<Pair> dp;
-  a.apply(pair_of(df_1, df_1, 0), dp);
-  return (lane_of(dp, 0) - lane_of(dp, 1)) * (size / (2 * kChange));
-}
-
 void drop_negative_eigenvalues(double (&tangent)[45]) {
   const Mat9 a = Mat9::NullaryExpr([&](Eigen::Index i, Eigen::Index k) {
     return tangent[tangent_index(static_cast<int>(std::min(i, k)), static_cast<int>(std::max(i, k)))];

@@ -29,7 +29,5 @@ Mat3 elastic_stress(const ElementMaterial& material, const Mat3& f);
 Mat3 viscous_stress(const ElementMaterial& material, const Mat3& f, const Mat3& f_rate);
 /// Returns A = dP/dF; `clamp` projects it onto the positive semi-definite matrices.
 Mat9 elastic_tangent(const ElementMaterial& material, const Mat3& f, bool clamp);
-/// Returns d^2 P / dF^2 [dF_1, dF_2], a central difference of A along dF_2: P(F + dF) = P + A dF + 1/2 d^2P[dF, dF] + ...
-Mat3 second_order_stress(const ElementMaterial& material, const Mat3& f, const Mat3& df_1, const Mat3& df_2);
 
 }  // namespace palpate

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "common/port/terms_pieces.hpp"
-#include "server/reduce/sample_springs.hpp"
-#include "server/reduce/sample_tetrahedra.hpp"
+#include "server/reduce/sample_elements.hpp"
 
 namespace palpate {
 namespace {
@@ -82,17 +81,14 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
   NonlinearTerms terms;
   terms.variables = variables;
   terms.grasp = first > 0;
-  if (solid) {
-    if (auto tetrahedra = sample_tetrahedra(body, moved, sampling)) terms.solid = std::move(*tetrahedra);
-  } else if (auto springs = sample_springs(body, moved, sampling)) {
-    terms.springs = std::move(*springs);
-  }
-  if (terms.solid.count() == 0 && terms.springs.count() == 0) return std::nullopt;
+  auto elements = sample_elements(body, moved, sampling);
+  if (!elements) return std::nullopt;
+  terms.elements = std::move(*elements);
   if (repaired) terms.e2 = repair(model.psd_change);
   terms.rate = stamp_rate(patch);
   const NonlinearForce force(terms, patch);
   if (force.empty()) return std::nullopt;
-  if (first == 0 && braked_fast(patch, force.steps())) terms.springs.damping.setZero();
+  if (first == 0 && !solid && braked_fast(patch, force.steps())) terms.elements.damping.setZero();
   return terms;
 }
 

@@ -33,7 +33,7 @@ struct HyperModel {
   std::vector<Eigen::Index> likeliest;  ///< columns of `snapshots`
 };
 
-/// Returns springs or tetrahedra of the body (sample_springs.hpp, sample_tetrahedra.hpp), as many as fit with a surface that has
+/// Returns springs or finite elements of the body (sample_elements.hpp), as many as fit with a surface that has
 /// `vertices` vertices in the patch. Returns none if none is nonlinear, or if they would be unstable. Requires a body that
 /// has_nonlinear_elements().
 std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch& patch, const HyperModel& model, int vertices);

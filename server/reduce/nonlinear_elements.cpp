@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/mechanics/laws.hpp"
 #include "server/reduce/element_gradient.hpp"
 #include "server/reduce/local_body.hpp"
 
@@ -55,20 +56,43 @@ std::vector<double> solid_weights(const Dynamics& dynamics, const ShapeRows& sha
   return weights;
 }
 
+/// Returns d^2P/dF^2 [dF_1, dF_2] [Pa] of `law` at F, by differences of its stress in the four lanes of a vector.
+Mat3 second_order_stress(const Elasticity& law, const LameParameters& lame, const Mat3& f, const Mat3& df_1, const Mat3& df_2) {
+  constexpr double kStep = 1e-3;  // of the larger |dF|: error of 1e-6 by the fourth order, of 1e-10 by rounding
+  using L = Lanes<double, 4>;
+  const double size_1 = df_1.norm(), size_2 = df_2.norm();
+  if (!(size_1 > 0) || !(size_2 > 0)) return Mat3::Zero();
+  LaneMatrix<L> h, p{};
+  for (int k = 0; k < 9; ++k) {
+    const double one = kStep / size_1 * df_1(k / 3, k % 3), two = kStep / size_2 * df_2(k / 3, k % 3);
+    h.of[k / 3][k % 3] = f(k / 3, k % 3) - (k % 4 == 0 ? 1 : 0) + L{one + two, -one - two, one - two, two - one};
+  }
+  law.add_stress({L{} + lame.mu, L{} + lame.lambda}, h, p);
+  Mat3 second;
+  for (int k = 0; k < 9; ++k) {
+    const L& of = p.of[k / 3][k % 3];
+    second(k / 3, k % 3) = of[0] + of[1] - of[2] - of[3];
+  }
+  return size_1 * size_2 / (4 * kStep * kStep) * second;
+}
+
 void add_second_order_of_solid(const Dynamics& dynamics, const BodyState& state, const Matrix& directions,
                                std::vector<Vector>& forces) {
-  const std::vector<ElementMaterial> materials(dynamics.body().materials.begin(), dynamics.body().materials.end());
+  std::vector<Elasticity> laws;
+  for (const SolidMaterial& m : dynamics.body().materials) laws.emplace_back(m.parameters());
   const auto n = static_cast<int>(directions.cols());
   std::vector<Mat3> changes(static_cast<std::size_t>(n));
   for (std::uint32_t e = 0; e < elements_of(dynamics.body()); ++e) {
     const ElementGradient element = element_gradient(dynamics, e);
+    const SolidMaterial& m = dynamics.body().materials[element.material];
+    const LameParameters lame = lame_parameters(m.law, element.volume_m3 * m.young_pa, m.poisson);
     const Mat3 at = mean_gradient(dynamics, e, state.x);
     for (int k = 0; k < n; ++k) changes[static_cast<std::size_t>(k)] = mean_gradient(dynamics, e, directions.col(k));
     for (int j = 0; j < n; ++j)
       for (int i = 0; i <= j; ++i) {
-        const Mat3 stress = (i == j ? -0.5 : -1.0) * element.volume_m3 *
-                            second_order_stress(materials[element.material], at, changes[static_cast<std::size_t>(i)],
-                                                changes[static_cast<std::size_t>(j)]);
+        const Mat3 stress =
+            (i == j ? -0.5 : -1.0) * second_order_stress(laws[element.material], lame, at, changes[static_cast<std::size_t>(i)],
+                                                         changes[static_cast<std::size_t>(j)]);
         Vector& sum = forces[static_cast<std::size_t>(pair_at(i, j))];
         for (std::size_t k = 0; k < element.nodes.size(); ++k)
           at_node(sum, element.nodes[k]) += stress * element.b.col(static_cast<Eigen::Index>(k));

@@ -3,7 +3,7 @@
 // x = x* + W y, W of shape 3 N x n. The energy U(|d|) of a spring, d = x_b - x_a, depends on y through its stretch along its axis
 // a = n . delta and the motion across it c = delta - a n, delta = G y. With rho = |d*|, U' = T, U'' = T', ... at its elongation,
 // its third-order energy is exactly a (alpha |c|^2 + beta a^2), alpha = (U'' - U'/rho) / (2 rho), beta = U''' / 6. The
-// second-order stress of a finite element is that of its law (server/elements/element_material.hpp).
+// second-order stress of a finite element comes from differences of its law's stress (common/mechanics/laws.hpp).
 #pragma once
 
 #include <cstdint>

@@ -70,10 +70,9 @@ Matrix root_of(const Matrix& u) {
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most) {
-  assert(parts.size() == static_cast<Eigen::Index>(elements.size()));
+std::vector<std::uint32_t> largest(const Eigen::VectorXf& parts, std::size_t most) {
   std::vector<std::pair<float, std::uint32_t>> order;
-  for (std::size_t k = 0; k < elements.size(); ++k) order.emplace_back(-parts[static_cast<Eigen::Index>(k)], elements[k]);
+  for (Eigen::Index k = 0; k < parts.size(); ++k) order.emplace_back(-parts[k], static_cast<std::uint32_t>(k));
   if (order.size() > most) {
     std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end());
     order.resize(most);
@@ -134,7 +133,7 @@ void ByteCosts::with(const std::vector<Eigen::Index>& there) {
   const int now = numbers_(nodes, elements);
   for (int more = 0; more <= of_each_; ++more) {
     const int then = numbers_(nodes + more, elements + 1);
-    const bool fits = then <= kUsualNumbers && nodes + more <= kMaxSpringNodes;
+    const bool fits = then <= kUsualNumbers && nodes + more <= kMaxSampledNodes;
     cost_[static_cast<std::size_t>(more)] = fits ? static_cast<float>(then - now) : std::numeric_limits<float>::infinity();
   }
 }

@@ -1,5 +1,5 @@
 // A few elements of a body whose weighted forces represent those of all (hyper-reduction by energy-conserving sampling and
-// weighting): the problem, and the fit, for springs (sample_springs.hpp) and tetrahedra (sample_tetrahedra.hpp).
+// weighting): the problem and the fit, for springs and finite elements alike (sample_elements.hpp).
 //
 // For likely displacements u_s, with r_e(u) the contribution of element e beyond the linear force on the variables, the fit looks
 // for weights w_e >= 0, few of them not zero, such that
@@ -57,8 +57,8 @@ Matrix samples(const Sampling& sampling);
 /// Returns L with fewer columns than u such that |G u_s| over all samples is |G L|: L L^T = sum u_s u_s^T.
 Matrix root_of(const Matrix& u);
 
-/// Returns the candidates: the elements with the largest contributions, at most `most`.
-std::vector<std::uint32_t> largest(const std::vector<std::uint32_t>& elements, const Eigen::VectorXf& parts, std::size_t most);
+/// Returns the candidates: the indices of the largest contributions, at most `most`, ascending.
+std::vector<std::uint32_t> largest(const Eigen::VectorXf& parts, std::size_t most);
 
 /// Contributions of elements beyond the linear force at the samples, one matrix for each number of an element, one row per
 /// element.
@@ -118,29 +118,5 @@ class NodeNumbering {
   std::vector<std::uint32_t> nodes_;
   std::vector<int> numbers_;
 };
-
-/// Chooses and weights elements of one kind, `Elements` (of sample_springs.cpp, sample_tetrahedra.cpp), as described above. `u`:
-/// samples.
-template <typename Elements>
-std::optional<typename Elements::Sample> sample(const Elements& all, const Matrix& u, const Sampling& sampling) {
-  Eigen::VectorXf parts;
-  const SampledResiduals fit(all.all_together(parts), u, sampling);
-  const std::vector<std::uint32_t> candidates = largest(all.elements(), parts, Elements::kCandidatesMax);
-  std::vector<std::uint32_t> nodes;
-  for (const std::uint32_t e : candidates)
-    for (int i = 0; i < Elements::kElementNodes; ++i) nodes.push_back(all.node(e, i));
-  ByteCosts costs(std::move(nodes), Elements::kElementNodes, all.nodes(),
-                  [&](int met, int count) { return numbers_of(sampling.budget, met, count); });
-  const SparseSolution few = sparse_nnls(fit.parts(all.forces_of(candidates, all.motions(candidates))), fit.all(),
-                                         Elements::kChosenMax, kFitError, costs);
-  if (few.columns.empty()) return std::nullopt;
-  std::vector<std::uint32_t> elements;
-  for (const Eigen::Index column : few.columns) elements.push_back(candidates[static_cast<std::size_t>(column)]);
-  typename Elements::Sample chosen = all.taken(elements, sampling.tool);
-  const SparseSolution w =
-      positive_weights(fit.parts(all.forces_of(elements, chosen.motions(sampling.tool < 0 ? 0 : 3))), fit.all());
-  if (w.columns.empty()) return std::nullopt;
-  return Elements::weighed(std::move(chosen), w);
-}
 
 }  // namespace palpate

@@ -106,7 +106,7 @@ NamedMaterial read_material(std::string_view text, const std::string& file) {
   const auto* const known = std::find(kSolidLawNames.begin(), kSolidLawNames.end(), law);
   if (known == kSolidLawNames.end())
     fields.refuse("law", "is \"" + law + "\"",
-                  "\"corotational\", \"neo-hookean\", \"mooney-rivlin\", \"veronda-westmann\" or \"ogden\"");
+                  "\"corotational\", \"neo-hookean\", \"mooney-rivlin\", \"veronda-westmann\", \"ogden\" or \"gent\"");
   out.solid.law = static_cast<SolidLaw>(known - kSolidLawNames.begin());
   out.solid.young_pa = fields.number("young_pa", kMinYoungPa, kMaxYoungPa);
   std::tie(out.young_low_pa, out.young_high_pa) = fields.range("young_range_pa", kMinYoungPa, kMaxYoungPa);
@@ -122,6 +122,7 @@ NamedMaterial read_material(std::string_view text, const std::string& file) {
     out.solid.exponents = {exponent, exponent};
   }
   if (out.solid.law == SolidLaw::veronda_westmann) out.solid.shape = fields.number("exponent", 0, kMaxExponent);
+  if (out.solid.law == SolidLaw::gent) out.solid.shape = fields.number("limit", kMinGentLimit, kMaxGentLimit);
   out.solid.damping_s = fields.number("damping_s", 0, kMaxDampingS);
   out.relaxation = fields.relaxation("relaxation");
   out.density_kg_m3 = fields.number("density_kg_m3", 1, 30000);

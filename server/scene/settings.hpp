@@ -128,8 +128,8 @@ inline constexpr double kMaxCoordinateM = 5;  ///< keeps every node well inside 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};
 inline constexpr std::array<const char*, 3> kSpringLawNames = {"linear", "stiffening", "thigh-skin"};
 inline constexpr std::array<const char*, 4> kIntegratorNames = {"automatic", "tr-bdf2", "explicit", "stabilised"};
-inline constexpr std::array<const char*, 5> kSolidLawNames = {"corotational", "neo-hookean", "mooney-rivlin", "veronda-westmann",
-                                                              "ogden"};
+inline constexpr std::array<const char*, 6> kSolidLawNames = {"corotational",     "neo-hookean", "mooney-rivlin",
+                                                              "veronda-westmann", "ogden",       "gent"};
 inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
 inline constexpr std::array<const char*, 2> kGivenShapeNames = {"stress-free", "loaded"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};

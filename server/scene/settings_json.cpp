@@ -56,6 +56,7 @@ void add_shape(Json& out, const SolidMaterial& material) {
   }
   if (law == SolidLaw::mooney_rivlin || law == SolidLaw::ogden) out.add("second_share", Json::number(material.shape));
   if (law == SolidLaw::veronda_westmann) out.add("exponent", Json::number(material.shape));
+  if (law == SolidLaw::gent) out.add("limit", Json::number(material.shape));
   const Fibres& fibres = material.fibres;
   if (fibres.share == 0) return;
   Json item = Json::object();

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/port/ogden.hpp"
+#include "common/mechanics/ogden.hpp"
 #include "server/scene/settings_fields.hpp"
 
 namespace palpate {
@@ -38,7 +38,8 @@ void take_shape(const SceneText& text, const std::string& path, const schema::So
   const bool named = !in.material.empty() && find_material(in.material)->solid.law == out.law;
   if (!named) out.shape = 0, out.exponents = {};
   const bool exponents = text.has(path + ".exponents"), of_ogden = out.law == SolidLaw::ogden;
-  const bool of_mooney = out.law == SolidLaw::mooney_rivlin, of_veronda = out.law == SolidLaw::veronda_westmann;
+  const bool of_mooney = out.law == SolidLaw::mooney_rivlin, of_veronda = out.law == SolidLaw::veronda_westmann,
+             of_gent = out.law == SolidLaw::gent;
   const auto only_with = [&](const char* field, bool given, bool fits, const char* expected) {
     const std::string where = path + "." + field;
     if (given && !fits) text.refuse(where, where + " is given", expected);
@@ -46,6 +47,7 @@ void take_shape(const SceneText& text, const std::string& path, const schema::So
   only_with("exponents", exponents, of_ogden, "it with \"law\": \"ogden\" alone");
   only_with("exponent", in.exponent.has_value(), of_veronda,
             of_ogden ? "exponents, one or two, of \"ogden\"" : "it with \"law\": \"veronda-westmann\" alone");
+  only_with("limit", in.limit.has_value(), of_gent, "it with \"law\": \"gent\" alone");
   if (of_ogden && (exponents || !named)) {
     take_exponents(text, path, in.exponents, out);
     out.shape = 0;
@@ -55,8 +57,9 @@ void take_shape(const SceneText& text, const std::string& path, const schema::So
   const bool two = of_mooney ? !named : of_ogden && exponents && in.exponents.size() == 2;
   if (in.second_share || two) out.shape = required(text, path + ".second_share", in.second_share, 0, kMaxSecondShare, "");
   if (of_veronda && (in.exponent || !named)) out.shape = required(text, path + ".exponent", in.exponent, 0, kMaxExponent, "");
+  if (of_gent && (in.limit || !named)) out.shape = required(text, path + ".limit", in.limit, kMinGentLimit, kMaxGentLimit, "");
   const LameParameters lame = lame_parameters(out.law, out.young_pa, out.poisson);
-  if (of_ogden && !(lame.lambda + OgdenLaw(out.parameters()).sum * lame.mu > 0))
+  if (of_ogden && !(lame.lambda + Ogden(out.parameters()).modulus_sum() * lame.mu > 0))
     text.refuse(path + ".poisson",
                 fmt::format("{}.poisson is {:g}, at which these exponents have a volume without an end", path, out.poisson),
                 "a larger one, or exponents above 0");

@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "common/port/nonlinear_tetrahedron.hpp"
 #include "server/body/dynamics.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -43,43 +42,6 @@ TEST_CASE("a membrane pulled along one direction has the traction of St. Venant'
     CHECK((p.col(0) - kYoungN_M * e * l * turned.col(0)).norm() < 1e-12 * kYoungN_M);
     CHECK(p.rightCols<2>().norm() < 1e-12 * kYoungN_M);
     CHECK(elastic_energy_density(m, f) == Approx(0.5 * kYoungN_M * e * e).margin(1e-12 * kYoungN_M));
-  }
-}
-
-TEST_CASE("what a player's triangle pushes beyond its tangent is what is left of its law", "[body][membrane]") {
-  const ElementMaterial m = membrane();
-  std::mt19937 random(5);
-  std::normal_distribution<double> normal;
-  for (int k = 0; k < 20; ++k) {
-    const Mat3 turned = Eigen::Quaterniond(Eigen::Vector4d::NullaryExpr([&] { return normal(random); })).normalized().matrix();
-    const Mat3 f = in_plane(turned, 1 + 0.2 * normal(random), 1 + 0.2 * normal(random), 0.2 * normal(random));
-    ElementLinearisation at;
-    TetraLanes df;
-    std::vector<Mat3> changes;
-    for (int l = 0; l < kTetraLane; ++l) {
-      at.set(l, {SolidLaw::membrane, 0, {}, {}}, f, m.mu, m.lambda);
-      Mat3 change = std::pow(10.0, -3 + 0.4 * l) * Mat3::NullaryExpr([&] { return normal(random); });
-      change.col(2).setZero();
-      for (int i = 0; i < 9; ++i) {
-        df[static_cast<std::size_t>(i)][l] = static_cast<float>(change(i / 3, i % 3));
-        change(i / 3, i % 3) = static_cast<double>(df[static_cast<std::size_t>(i)][l]);
-      }
-      changes.push_back(change);
-    }
-    const TetraLanes q = nonlinear_residual_stress(at, df, ElementRotation());
-    const TetraLane energy = nonlinear_residual_energy(at, df, ElementRotation());
-    for (int l = 0; l < kTetraLane; ++l) {
-      const Mat3& change = changes[static_cast<std::size_t>(l)];
-      const Mat3 here = elastic_stress(m, f),
-                 linear = (elastic_tangent(m, f, false) * change.reshaped<Eigen::RowMajor>()).reshaped<Eigen::RowMajor>(3, 3);
-      const Mat3 expected = elastic_stress(m, f + change) - here - linear;
-      Mat3 found;
-      for (int i = 0; i < 9; ++i) found(i / 3, i % 3) = static_cast<double>(q[static_cast<std::size_t>(i)][l]);
-      CHECK((found - expected).norm() < 1e-6 * expected.norm() + 1e-12 * linear.norm());
-      const double stored = elastic_energy_density(m, f + change) - elastic_energy_density(m, f) -
-                            here.cwiseProduct(change).sum() - 0.5 * linear.cwiseProduct(change).sum();
-      CHECK(static_cast<double>(energy[l]) == Approx(stored).epsilon(1e-5).margin(1e-11 * kYoungN_M));
-    }
   }
 }
 

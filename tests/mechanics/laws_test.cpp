@@ -47,6 +47,7 @@ std::vector<LawParameters> laws() {
           {SolidLaw::mooney_rivlin, 0.4},
           {SolidLaw::veronda_westmann, 2},
           {SolidLaw::ogden, 0.3, {5, -4}},
+          {SolidLaw::gent, 0.8},
           {SolidLaw::ogden, 0, {-4.7, -4.7}, fibres},
           {SolidLaw::neo_hookean, 0, {}, fibres},
           {SolidLaw::mooney_rivlin, 0.4, {}, springs}};

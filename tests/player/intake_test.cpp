@@ -158,8 +158,8 @@ struct NonlinearPatch {
       : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
     patch.scheme = Scheme::hyper;
     NonlinearTerms terms = test::spring_terms(patch);
-    terms.springs.stiffness *= size;
-    terms.springs.damping *= size;
+    terms.elements.stiffness *= size;
+    terms.elements.damping *= size;
     pieces = to_pieces(terms, seq);
   }
 };

@@ -41,7 +41,7 @@ GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
   constexpr int kFine = 200;
   const auto r = patch.modes();
   NonlinearForce bend(terms, patch);
-  SampledSolidForce solid(terms.solid, 3, kTickS, true);
+  SampledSolidForce solid(terms.elements, 3, kTickS, true);
   PatchPlayer player(patch, terms), linear(patch);
   const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
   ModeVector q = ModeVector::Zero(r), v = q;
@@ -53,7 +53,7 @@ GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
       u << d, at;
       bend.move_to(u);
       bend.elastic(residual);
-      if (terms.solid.count() == 0) return;
+      if (terms.elements.count() == 0) return;
       u_rate << rate, speed;
       SampledSolidForce::Values viscous, at_stamp;
       solid.move_to(u.cast<float>());
@@ -89,7 +89,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
   const auto r = patch.modes();
   const Eigen::RowVectorXd row = patch.surface.vertices[0].rows.row(2);
   NonlinearForce bend(terms, patch);
-  SampledSolidForce solid(terms.solid, 0, kTickS / kTouchSteps, true);
+  SampledSolidForce solid(terms.elements, 0, kTickS / kTouchSteps, true);
   PatchPlayer player(patch, terms), linear(patch);
   const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
   const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, patch.contact_stiffness_n_m * (row.dot(q) - z)); };
@@ -101,7 +101,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
       NonlinearForce::Variables residual(r);
       bend.move_to(at);
       bend.elastic(residual);
-      if (terms.solid.count() > 0) {
+      if (terms.elements.count() > 0) {
         SampledSolidForce::Values viscous, at_stamp;
         solid.move_to(at.cast<float>());
         solid.damping(speed.cast<float>(), viscous, at_stamp);
@@ -131,7 +131,7 @@ TEST_CASE("A push on a body that bends is felt as a fine integration of body and
   Patch p = pressed_patch(4, 1);
   p.contact_stiffness_n_m = 500;
   NonlinearTerms terms = test::spring_terms(p);
-  terms.springs.damping.setZero();
+  terms.elements.damping.setZero();
   const TouchErrors found = touch_errors(p, terms, 100);
   CAPTURE(found.nonlinear_n, found.linear_n, found.most_n);
   CHECK(found.linear_n > 0.5 * found.most_n);
@@ -183,8 +183,8 @@ TEST_CASE("Dampers that turn with their elements are not felt by a bent body at 
   Patch patch = GENERATE(true, false) ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
   patch.friction = 10;  // a tool that slid would keep a trace of its path
   NonlinearTerms damped = test::slack_spring_terms(patch), bare = damped;
-  damped.springs.damping *= 10;
-  bare.springs.damping.setZero();
+  damped.elements.damping *= 10;
+  bare.elements.damping.setZero();
   PatchPlayer with(patch, damped), without(patch, bare);
   const Vec3 there(0.002, -0.001, -0.012);
   for (int ms = 1; ms <= 8000; ++ms) {
@@ -228,7 +228,7 @@ TEST_CASE("A nonlinear grasp whose modes are braked away within a tick feels wha
   for (int i = 0; i < r; ++i) patch.damping(i, i) = 100.0 * (1 + 5 * i);  // D dt from 0.1 to 2.6
   patch.b_d = 0.02 * patch.b_k;
   NonlinearTerms terms = test::slack_spring_terms(patch);
-  terms.springs.damping.setZero();
+  terms.elements.damping.setZero();
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(found.nonlinear_n, found.linear_n);
   CHECK(found.linear_n > 0.005);
@@ -246,14 +246,14 @@ TEST_CASE("A grasp of a spring too stiff for a tick feels it turn as a fine inte
   patch.b_k(1, 2) = kFar * kSoft;
   patch.k_port = patch.b_k.transpose() * patch.b_k / kSoft + 50 * Mat3::Identity();
   NonlinearTerms terms = test::sampled_terms(patch);
-  SampledSprings& springs = terms.springs;
+  SampledElements& springs = terms.elements;
   Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(6, 2);
   moved.block<2, 2>(3, 0).setIdentity();
   springs.motion = rounded(moved, -1);
   springs.position.setZero(3, 2);
   springs.position(0, 1) = static_cast<float>(kLong);
-  springs.ends.resize(2, 1);
-  springs.ends << 0, 1;
+  springs.nodes.resize(2, 1);
+  springs.nodes << 0, 1;
   springs.rest_length.setConstant(1, static_cast<float>(kLong));
   springs.stiffness.setConstant(1, static_cast<float>(kStiff));
   springs.damping.setZero(1);
@@ -275,7 +275,7 @@ TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is fe
   patch.b_d.setZero();
   patch.k_port = patch.b_k.transpose() * patch.b_k / kStiffness + 50 * Mat3::Identity();
   NonlinearTerms terms = test::sampled_terms(patch);
-  SampledTetrahedra& solid = terms.solid;
+  SampledElements& solid = terms.elements;
   Eigen::MatrixXf moved = Eigen::MatrixXf::Zero(12, 1);
   moved(11, 0) = static_cast<float>(kStretch * kSizeM);
   solid.motion = rounded(moved, -1);
@@ -284,9 +284,9 @@ TEST_CASE("A solid whose dampers grow to many times theirs as it stretches is fe
   solid.position = solid.rest;
   solid.nodes.resize(4, 1);
   solid.nodes << 0, 1, 2, 3;
-  solid.shear.setConstant(1, static_cast<float>(kOfTetra * kStiffness / (2 * kStretch * kStretch)));
+  solid.stiffness.setConstant(1, static_cast<float>(kOfTetra * kStiffness / (2 * kStretch * kStretch)));
   solid.dilation.setZero(1);
-  solid.damping_s.setConstant(1, static_cast<float>(damping / (kOfTetra * kStiffness)));
+  solid.damping.setConstant(1, static_cast<float>(damping / (kOfTetra * kStiffness)));
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(damping, found.nonlinear_n, found.linear_n, found.viscous);
   CHECK(found.viscous > 3);
@@ -298,7 +298,7 @@ TEST_CASE("A grasped solid whose dampers turn in all its modes at once is felt a
   Patch patch = test::attach_patch(8, 1, kStamp);
   patch.damping = damping * ModeMatrix::Identity(8, 8);
   NonlinearTerms terms = test::solid_terms(patch);
-  terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / patch.stiffness.mean()));
+  terms.elements.damping.setConstant(static_cast<float>(0.1 * damping / patch.stiffness.mean()));
   const GraspErrors found = grasp_errors(patch, terms);
   CAPTURE(damping, found.nonlinear_n, found.linear_n, found.viscous);
   CHECK(found.viscous > 0.5);
@@ -312,7 +312,7 @@ TEST_CASE("A touched solid whose dampers turn, far faster than a step, is felt a
   p.contact_stiffness_n_m = p.stiffness.mean();
   p.damping = damping * ModeMatrix::Identity(8, 8);
   NonlinearTerms terms = test::solid_terms(p);
-  terms.solid.damping_s.setConstant(static_cast<float>(0.1 * damping / p.stiffness.mean()));
+  terms.elements.damping.setConstant(static_cast<float>(0.1 * damping / p.stiffness.mean()));
   const TouchErrors found = touch_errors(p, terms, 400);
   CAPTURE(damping, found.nonlinear_n, found.linear_n, found.most_n, found.viscous);
   CHECK(found.viscous > 0.5);
@@ -327,7 +327,7 @@ TEST_CASE("Dampers that grow a hundredfold take from a motion, however fast they
   patch.b_d *= 0.1;
   for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 3.0 : -2.0);
   NonlinearTerms terms = test::solid_terms(patch);
-  terms.solid.damping_s.setConstant(static_cast<float>(GENERATE(0.1, 10.0, 1000.0)));
+  terms.elements.damping.setConstant(static_cast<float>(GENERATE(0.1, 10.0, 1000.0)));
   PatchPlayer player(patch, terms), linear(patch);
   const double begin_j = player.energy();
   double most_j = 0, apart_j = 0;
@@ -352,8 +352,8 @@ TEST_CASE("What swings in a nonlinear patch that nothing brakes neither grows no
   REQUIRE(fastest > 0.3);
   for (int i = 0; i < patch.modes(); ++i) patch.q_rate[i] = (i % 2 == 0 ? 0.03 : -0.02);
   NonlinearTerms terms = GENERATE(true, false) ? test::spring_terms(patch) : test::solid_terms(patch);
-  terms.solid.damping_s.setZero();
-  CAPTURE(terms.solid.count());
+  terms.elements.damping.setZero();
+  CAPTURE(terms.elements.count());
   PatchPlayer player(patch, terms), linear(patch);
   const double begin_j = player.energy();
   double first_j = 0, last_j = 0, nonlinear_j = 0;  // means
@@ -409,7 +409,7 @@ TEST_CASE("Terms whose forces are no numbers leave the linear patch as it is") {
   const bool touch = GENERATE(true, false);
   Patch patch = touch ? test::touch_patch(8, 1, kStamp) : test::attach_patch(8, 1, kStamp);
   NonlinearTerms terms = test::slack_spring_terms(patch);
-  terms.springs.damping[3] = std::numeric_limits<float>::infinity();
+  terms.elements.damping[3] = std::numeric_limits<float>::infinity();
   REQUIRE_FALSE(NonlinearForce(terms, patch).empty());
   PatchPlayer player(patch, terms), linear(patch);
   double most_n = 0;

@@ -20,7 +20,7 @@ constexpr int kTool = 3, kModes = 5, kVariables = kTool + kModes, kCount = 11, k
 constexpr double kTickS = 1e-3;
 
 struct Case {
-  SampledSprings springs;
+  SampledElements springs;
   Eigen::VectorXd rate;
   std::mt19937 random{7};
 
@@ -29,27 +29,27 @@ struct Case {
       return Eigen::MatrixXf(Eigen::MatrixXf::NullaryExpr(rows, cols, [&] { return draw(); }));
     };
     springs.stiffening = stiffening;
-    if (stiffening > 0) springs.max_slope = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
+    if (stiffening > 0) springs.max_slope = SampledElements::steep_of(Eigen::ArrayXd::Constant(kCount, 10));
     springs.motion = rounded(some(3 * kNodes, kModes), 2);
     springs.position = 0.02F * some(3, kNodes);
-    springs.ends.resize(2, kCount);
-    for (int e = 0; e < kCount; ++e) springs.ends.col(e) << e % kNodes, (e + 1 + e / kNodes) % kNodes;
+    springs.nodes.resize(2, kCount);
+    for (int e = 0; e < kCount; ++e) springs.nodes.col(e) << e % kNodes, (e + 1 + e / kNodes) % kNodes;
     springs.rest_length = 0.02F * Eigen::VectorXf::Ones(kCount);
     springs.stiffness = stiffness * (some(kCount, 1).array() + 1.5F).matrix();
     springs.damping = 0.01F * springs.stiffness;
     rate = 0.1 * some(kVariables, 1).cast<double>();
   }
   float draw() { return std::uniform_real_distribution<float>(-1, 1)(random); }
-  SampledForce compiled(bool slowed = false) const { return {springs, kTool, rate, kTickS, slowed}; }
-  SampledForce::Values displacement(float far) {
-    SampledForce::Values u(kVariables);
+  SampledSpringForce compiled(bool slowed = false) const { return {springs, kTool, rate, kTickS, slowed}; }
+  SampledSpringForce::Values displacement(float far) {
+    SampledSpringForce::Values u(kVariables);
     for (float& v : u) v = far * draw();
     return u;
   }
 };
 
 /// dE/du by the definition, in double precision, one spring at a time.
-Eigen::VectorXd expected(const SampledSprings& s, const SampledForce::Values& u) {
+Eigen::VectorXd expected(const SampledElements& s, const SampledSpringForce::Values& u) {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(kVariables);
   for (int e = 0; e < s.count(); ++e) {
     const Eigen::MatrixXd rows = s.motions(kTool).middleRows(3 * e, 3).cast<double>();
@@ -72,11 +72,11 @@ Eigen::VectorXd expected(const SampledSprings& s, const SampledForce::Values& u)
 TEST_CASE("what sampled springs pull with beyond the linear patch is what each spring does") {
   for (const float stiffening : {0.0F, 30.0F}) {
     Case c(stiffening, 4);
-    SampledForce force = c.compiled();
+    SampledSpringForce force = c.compiled();
     REQUIRE_FALSE(force.empty());
     for (int k = 0; k < 20; ++k) {
-      const SampledForce::Values u = c.displacement(0.01F);
-      SampledForce::Values g(kVariables);
+      const SampledSpringForce::Values u = c.displacement(0.01F);
+      SampledSpringForce::Values g(kVariables);
       force.move_to(u);
       force.gradient(g);
       const Eigen::VectorXd exact = expected(c.springs, u);
@@ -87,17 +87,17 @@ TEST_CASE("what sampled springs pull with beyond the linear patch is what each s
 
 TEST_CASE("forces of sampled springs are the gradient of their energy, beyond the strain where their law goes on linearly too") {
   Case c(300, 400);
-  SampledForce force = c.compiled();
+  SampledSpringForce force = c.compiled();
   REQUIRE_FALSE(force.empty());
   REQUIRE(force.linear_from() < 1);
   for (int k = 0; k < 20; ++k) {
-    const SampledForce::Values u = c.displacement(0.05F);
-    SampledForce::Values g(kVariables);
+    const SampledSpringForce::Values u = c.displacement(0.05F);
+    SampledSpringForce::Values g(kVariables);
     force.move_to(u);
     force.gradient(g);
     for (int i = 0; i < kVariables; ++i) {
       constexpr float kStep = 1e-3F;
-      const SampledForce::Values step = kStep * SampledForce::Values::Unit(kVariables, i);
+      const SampledSpringForce::Values step = kStep * SampledSpringForce::Values::Unit(kVariables, i);
       const double slope = (energy_at(force, u + step) - energy_at(force, u - step)) / (2.0 * static_cast<double>(kStep));
       CHECK(static_cast<double>(g[i]) == Approx(slope).epsilon(1e-2).margin(1e-2 * static_cast<double>(g.norm())));
     }
@@ -106,9 +106,9 @@ TEST_CASE("forces of sampled springs are the gradient of their energy, beyond th
 
 TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
   Case c(30);
-  SampledForce force = c.compiled();
-  SampledForce::Values g(kVariables), change(kVariables), at_stamp(kVariables);
-  const SampledForce::Values zero = SampledForce::Values::Zero(kVariables), rate = c.displacement(1);
+  SampledSpringForce force = c.compiled();
+  SampledSpringForce::Values g(kVariables), change(kVariables), at_stamp(kVariables);
+  const SampledSpringForce::Values zero = SampledSpringForce::Values::Zero(kVariables), rate = c.displacement(1);
   CHECK(std::abs(energy_at(force, zero)) < 1e-6);
   force.move_to(zero);
   force.gradient(g);
@@ -117,8 +117,8 @@ TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
   CHECK(change.norm() < 1e-5F * rate.norm());
   CHECK(at_stamp.norm() == 0);
   // Zero slope as well: twice the displacement gives at least four times the force.
-  const SampledForce::Values u = c.displacement(1e-4F);
-  SampledForce::Values twice(kVariables);
+  const SampledSpringForce::Values u = c.displacement(1e-4F);
+  SampledSpringForce::Values twice(kVariables);
   force.move_to(100 * u);
   force.gradient(g);
   force.move_to(200 * u);
@@ -128,9 +128,9 @@ TEST_CASE("at the stamp sampled springs pull, hold and brake with nothing") {
 
 TEST_CASE("dampers of sampled springs that have turned brake along their new axes") {
   Case c(0);
-  SampledForce force = c.compiled();
-  const SampledForce::Values u = c.displacement(0.02F), rate = c.displacement(1);
-  SampledForce::Values change(kVariables), at_stamp(kVariables);
+  SampledSpringForce force = c.compiled();
+  const SampledSpringForce::Values u = c.displacement(0.02F), rate = c.displacement(1);
+  SampledSpringForce::Values change(kVariables), at_stamp(kVariables);
   force.move_to(u);
   force.damping(rate, change, at_stamp);
   Eigen::VectorXd exact = Eigen::VectorXd::Zero(kVariables), stamp = exact;
@@ -158,12 +158,12 @@ TEST_CASE("springs whose ends meet pull with finite forces") {
   for (int k = 1; k <= 50; ++k) {
     Case c(k % 2 == 0 ? 30.0F : 0.0F);
     c.springs.motion = rounded(Eigen::MatrixXf::Identity(3 * kNodes, kModes), -1);
-    c.springs.ends.row(0).setConstant(1);
-    c.springs.ends.row(1).setZero();  // moves along each axis with one of the modes
+    c.springs.nodes.row(0).setConstant(1);
+    c.springs.nodes.row(1).setZero();  // moves along each axis with one of the modes
     c.springs.position.col(1) = c.springs.position.col(0) + 0.001F * static_cast<float>(k) * Eigen::Vector3f(1, 0.3F, 0.07F);
-    SampledForce force = c.compiled(true);
+    SampledSpringForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
-    SampledForce::Values u = SampledForce::Values::Zero(kVariables), g(kVariables);
+    SampledSpringForce::Values u = SampledSpringForce::Values::Zero(kVariables), g(kVariables);
     u.segment<3>(kTool) = c.springs.position.col(1) - c.springs.position.col(0);
     force.move_to(u);
     force.gradient(g);
@@ -176,9 +176,9 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
   for (const double steepest : {1.0, 10.0, 100.0}) {
     const float stiffening = steepest > 1 ? 30 : 0;
     Case c(stiffening, 1e7F);
-    if (stiffening > 0) c.springs.max_slope = SampledSprings::steep_of(Eigen::ArrayXd::Constant(kCount, steepest));
+    if (stiffening > 0) c.springs.max_slope = SampledElements::steep_of(Eigen::ArrayXd::Constant(kCount, steepest));
     REQUIRE(c.compiled().empty());
-    SampledForce force = c.compiled(true);
+    SampledSpringForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
     const Eigen::MatrixXd mass = Eigen::MatrixXd::Identity(kModes, kModes) + force.added_mass();
     constexpr double kStable = 4 / (kTickS * kTickS);
@@ -201,10 +201,10 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
 TEST_CASE(
     "springs that stiffen keep to their law as steep as they are said to become, each, in a body too stiff for a tick too") {
   Case c(30, 1e6F);
-  std::vector<SampledForce::Values> displacements;
+  std::vector<SampledSpringForce::Values> displacements;
   for (int k = 0; k < 20; ++k) displacements.push_back(c.displacement(0.006F));
   Eigen::ArrayXd slopes = Eigen::ArrayXd::Ones(kCount);
-  for (const SampledForce::Values& u : displacements) {
+  for (const SampledSpringForce::Values& u : displacements) {
     const Eigen::VectorXf delta = c.springs.motions(kTool) * u;
     for (int e = 0; e < kCount; ++e) {
       const double rest = c.springs.rest_length[e], length = (c.springs.spans().col(e) + delta.segment<3>(3 * e)).norm();
@@ -214,13 +214,13 @@ TEST_CASE(
   REQUIRE(slopes.maxCoeff() > 50);
   REQUIRE(slopes.maxCoeff() > 3 * slopes.minCoeff());
   const auto wrong = [&](const Eigen::ArrayXd& steepest) {
-    c.springs.max_slope = SampledSprings::steep_of(steepest);
-    SampledForce force = c.compiled(true);
+    c.springs.max_slope = SampledElements::steep_of(steepest);
+    SampledSpringForce force = c.compiled(true);
     REQUIRE_FALSE(force.empty());
     REQUIRE(force.added_mass().size() > 0);
     double most = 0;
-    for (const SampledForce::Values& u : displacements) {
-      SampledForce::Values g(kVariables);
+    for (const SampledSpringForce::Values& u : displacements) {
+      SampledSpringForce::Values g(kVariables);
       force.move_to(u);
       force.gradient(g);
       const Eigen::VectorXd exact = expected(c.springs, u);
@@ -234,10 +234,10 @@ TEST_CASE(
 
 TEST_CASE("far away sampled springs hold as all of them stretched do") {
   Case c(0);
-  SampledForce force = c.compiled();
+  SampledSpringForce force = c.compiled();
   const Eigen::MatrixXd least = force.far_stiffness();
   for (int k = 0; k < 10; ++k) {
-    const SampledForce::Values way = c.displacement(1);
+    const SampledSpringForce::Values way = c.displacement(1);
     constexpr float kFar = 1e3F;
     const Eigen::VectorXd w = way.cast<double>();
     CHECK(energy_at(force, kFar * way) / double{kFar * kFar} == Approx(0.5 * w.dot(least * w)).epsilon(1e-3));
@@ -277,7 +277,7 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   NonlinearTerms terms;
   terms.variables = 1;
   terms.rate = Eigen::VectorXd::Zero(1);
-  SampledSprings& springs = terms.springs;
+  SampledElements& springs = terms.elements;
   Eigen::MatrixXf rows = Eigen::MatrixXf::Zero(9, 1);
   rows(5, 0) = 1;
   springs.motion = rounded(rows, -1);
@@ -285,8 +285,8 @@ TEST_CASE("an arch that snaps through under the hand gives all its energy away, 
   springs.position.col(0) = Vec3(-kHalf, 0, 0).cast<float>();
   springs.position.col(1) = Vec3(0, 0, kPressed).cast<float>();
   springs.position.col(2) = Vec3(kHalf, 0, 0).cast<float>();
-  springs.ends.resize(2, 2);
-  springs.ends << 0, 2, 1, 1;
+  springs.nodes.resize(2, 2);
+  springs.nodes << 0, 2, 1, 1;
   springs.rest_length.setConstant(2, static_cast<float>(rest));
   springs.stiffness.setConstant(2, static_cast<float>(kPull));
   springs.damping.setZero(2);

@@ -23,7 +23,7 @@ constexpr double kTetraTickS = 1e-3, kSizeM = 0.02;
 
 /// Corners of a cube, deformed and rotated since rest.
 struct TetraCase {
-  SampledTetrahedra solid;
+  SampledElements solid;
   std::mt19937 random{7};
 
   explicit TetraCase(SolidLaw law = SolidLaw::neo_hookean, double young_pa = 2e4) {
@@ -53,9 +53,9 @@ struct TetraCase {
     }
     const double volume = kSizeM * kSizeM * kSizeM / 6, nu = 0.4;
     const auto weights = (some(kTetraCount, 1).array() + 1.5F).eval();
-    solid.shear = (static_cast<float>(volume * young_pa / (2 * (1 + nu))) * weights).matrix();
+    solid.stiffness = (static_cast<float>(volume * young_pa / (2 * (1 + nu))) * weights).matrix();
     solid.dilation = (static_cast<float>(volume * young_pa * nu / ((1 + nu) * (1 - 2 * nu))) * weights).matrix();
-    solid.damping_s = 0.01F * weights.matrix();
+    solid.damping = 0.01F * weights.matrix();
   }
   float draw() { return std::uniform_real_distribution<float>(-1, 1)(random); }
   SampledSolidForce compiled(bool slowed = false, double step_s = kTetraTickS) const {
@@ -81,7 +81,7 @@ struct TetraCase {
     Eigen::Matrix3d moved;
     for (int i = 0; i < 3; ++i)
       moved.col(i) = of_nodes.segment<3>(3 * solid.nodes(i + 1, e)) - of_nodes.segment<3>(3 * solid.nodes(0, e));
-    const double shear = solid.shear[e], dilation = solid.dilation[e];
+    const double shear = solid.stiffness[e], dilation = solid.dilation[e];
     const Eigen::Matrix3d f = x * rest.inverse(), df = moved * rest.inverse();
     if (solid.law.kind != SolidLaw::neo_hookean) return {f, df, shear, dilation, 0};
     const double mu = 4.0 / 3 * shear, lambda = dilation + 5.0 / 6 * shear;
@@ -195,7 +195,7 @@ TEST_CASE("dampers of sampled tetrahedra that have turned brake by Green's rate 
   for (int e = 0; e < kTetraCount; ++e) {
     const TetraCase::OneTetra one = c.at(e, u.cast<double>());
     const Eigen::Matrix3d f_rate = c.at(e, rate.cast<double>()).df;
-    const double t = c.solid.damping_s[e], mu = t * c.solid.shear[e], lambda = t * c.solid.dilation[e];
+    const double t = c.solid.damping[e], mu = t * c.solid.stiffness[e], lambda = t * c.solid.dilation[e];
     const auto stress = [&](const Eigen::Matrix3d& f) -> Eigen::Matrix3d {
       const Eigen::Matrix3d product = f.transpose() * f_rate;
       return f * (mu * (product + product.transpose()) + lambda * product.trace() * Eigen::Matrix3d::Identity());

@@ -180,7 +180,7 @@ TEST_CASE("A solid of either law is served some of its elements, one of both the
       const bool known = laws < 2;
       CHECK((patch->scheme == Scheme::hyper) == known);
       CHECK(built->fell_back == !known);
-      CHECK((built->terms.solid.count() > (hexahedra ? 6 : 20)) == known);
+      CHECK((built->terms.elements.count() > (hexahedra ? 6 : 20)) == known);
       if (known) CHECK(to_pieces(built->terms, 1).size() <= static_cast<std::size_t>(kUsualPieces));
     }
 }
@@ -221,7 +221,7 @@ TEST_CASE("A lattice has springs for terms, linear ones and ones that stiffen, a
   for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
     Grasp grasp(0.001, 0, law);
     const NonlinearTerms terms = grasp.build().terms;
-    CHECK(terms.springs.count() > 60);
+    CHECK(terms.elements.count() > 60);
     CHECK(to_pieces(terms, 1).size() == static_cast<std::size_t>(kUsualPieces));
   }
 }
@@ -229,7 +229,7 @@ TEST_CASE("A lattice has springs for terms, linear ones and ones that stiffen, a
 TEST_CASE("A body too stiff for a tick has springs for terms, too, with mass for it") {
   Grasp stiff(0.001, 0, SpringLaw::stiffening, 5, 1e4);
   const BuiltPatch built = stiff.build();
-  REQUIRE(built.terms.springs.count() > 0);
+  REQUIRE(built.terms.elements.count() > 0);
   CHECK(NonlinearForce(built.terms, built.patch).added_mass().size() > 0);
 }
 

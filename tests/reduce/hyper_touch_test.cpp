@@ -114,7 +114,7 @@ TEST_CASE("Pressed on deep, a touched patch with its terms stays with the body w
 TEST_CASE("Pressed on deep into springs that stiffen, the patch with some of them stays with the body") {
   Touch touch(2, deeper, SpringLaw::stiffening);
   const auto [linear, nonlinear] = touch.errors();
-  CHECK(Touch(2, deeper, SpringLaw::stiffening).patch(Scheme::hyper).terms.springs.count() > 0);
+  CHECK(Touch(2, deeper, SpringLaw::stiffening).patch(Scheme::hyper).terms.elements.count() > 0);
   CHECK(nonlinear < 0.02 * linear);
   CHECK(nonlinear < 1e-3);
 }
@@ -220,7 +220,7 @@ TEST_CASE("A body so squeezed that it gives way of itself has a patch as it is, 
 TEST_CASE("Under a touch dampers turn with their springs unless they brake away what moves within a tick") {
   for (const bool stiff : {false, true}) {
     Touch touch(2, deeper, SpringLaw::stiffening, stiff ? 30 : 1);
-    const SampledSprings springs = touch.patch(Scheme::hyper).terms.springs;
+    const SampledElements springs = touch.patch(Scheme::hyper).terms.elements;
     REQUIRE(springs.count() > 0);
     CHECK((springs.damping.maxCoeff() > 0) != stiff);
   }

@@ -1,5 +1,5 @@
 // A few springs that represent all: against the body's own forces at displacements that were not among the samples.
-#include "server/reduce/sample_springs.hpp"
+#include "server/reduce/sample_elements.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -114,13 +114,13 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
     sampling.stiffness = stiffness.diagonal();
     sampling.likely = 0.004 * Matrix::Identity(kVariables, kVariables);
     sampling.likeliest = {0, 1, 2};
-    const auto springs = sample_springs(whole, moved, sampling);
+    const auto springs = sample_elements(whole, moved, sampling);
     REQUIRE(springs);
     CHECK(10 * springs->count() <= static_cast<int>(body.elements.size()));
     CHECK(numbers_of(sampling.budget, springs->motion.nodes(), springs->count()) <= kUsualNumbers);
     CHECK(springs->stiffness.minCoeff() > 0);
     CHECK(springs->max_slope.size() == (law == SpringLaw::stiffening ? static_cast<std::size_t>(springs->count()) : 0));
-    SampledForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);
+    SampledSpringForce force(*springs, 0, Vector::Zero(kVariables), 1e-5, false);
     REQUIRE_FALSE(force.empty());
     std::mt19937 random(11);
     std::uniform_real_distribution<double> draw(-0.005, 0.005);
@@ -131,7 +131,7 @@ TEST_CASE("A tenth of the springs of a block bends as all of them do where it wa
       const Vector u = Vector::NullaryExpr(kVariables, [&] { return draw(random); });
       dynamics.forces(state.x + moved * u, still, there);
       const Vector exact = -(moved.transpose() * (there - here) + stiffness * u);
-      SampledForce::Values g(kVariables);
+      SampledSpringForce::Values g(kVariables);
       force.move_to(u.cast<float>());
       force.gradient(g);
       const Vector unit = sampling.stiffness.cwiseSqrt().cwiseInverse();

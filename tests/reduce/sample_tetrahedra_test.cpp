@@ -1,5 +1,5 @@
 // A few tetrahedra that represent all: against the body's own forces at displacements that were not among the samples.
-#include "server/reduce/sample_tetrahedra.hpp"
+#include "server/reduce/sample_elements.hpp"
 
 #include "server/reduce/gradient_points.hpp"
 
@@ -80,11 +80,11 @@ struct Block {
 
 TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it was not sampled, within a few hundredths") {
   const Block block(GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational));
-  const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
+  const auto solid = sample_elements(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   CHECK(10 * solid->count() <= static_cast<int>(block.body.tetrahedra.size()));
   CHECK(numbers_of(block.sampling.budget, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
-  CHECK(solid->shear.minCoeff() > 0);
+  CHECK(solid->stiffness.minCoeff() > 0);
   SampledSolidForce force(*solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   CHECK(block.wrong(force) < 0.05);
@@ -92,7 +92,7 @@ TEST_CASE("A tenth of the tetrahedra of a block bends as all of them do where it
 
 TEST_CASE("A third of the hexahedra of a block bends as all of them do where it was not sampled, within a tenth") {
   const Block block(hexa_box(6, 6, 5, {GENERATE(SolidLaw::neo_hookean, SolidLaw::corotational), 8e3, 0.45, 0.01}));
-  const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
+  const auto solid = sample_elements(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   CHECK(3 * solid->count() <= static_cast<int>(block.body.hexahedra.size()));
   CHECK(numbers_of(block.sampling.budget, solid->motion.nodes(), solid->count()) <= kUsualNumbers);
@@ -108,7 +108,7 @@ TEST_CASE("Few elements of a block in a capsule, of Ogden's law and with fibres,
   LumpedBody body = hexa ? hexa_box(6, 6, 5, material) : solid_box(6, 6, 5, material);
   if (capsule) add_capsule(body, {1e6, 1e-4, 0.3, 0.01});
   const Block block(body);
-  const auto solid = sample_tetrahedra(block.whole, block.moved, block.sampling);
+  const auto solid = sample_elements(block.whole, block.moved, block.sampling);
   REQUIRE(solid);
   int triangles = 0;
   for (int e = 0; e < solid->count(); ++e) triangles += solid->is_triangle(e);
@@ -192,24 +192,24 @@ TEST_CASE("All tetrahedra of a small solid, sampled with a weight of one, are it
   for (double& v : moved.reshaped()) v = random.uniform(-1, 1);
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i)
     if (body.fixed[i]) moved.middleRows<3>(3 * static_cast<Eigen::Index>(i)).setZero();
-  SampledTetrahedra solid;
+  SampledElements solid;
   solid.law.kind = law;
   const auto count = static_cast<Eigen::Index>(body.tetrahedra.size());
-  REQUIRE(count <= kMaxTetrahedra);
+  REQUIRE(count <= kMaxFiniteElements);
   solid.motion = rounded(moved.cast<float>(), -1);
   moved = solid.motion.rows(0).cast<double>();
   solid.position = state.x.reshaped(3, dynamics.nodes()).cast<float>();
   solid.rest.resize(3, dynamics.nodes());
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) solid.rest.col(i) = body.nodes[i].cast<float>();
   solid.nodes.resize(4, count);
-  solid.shear.resize(count);
+  solid.stiffness.resize(count);
   for (Eigen::Index e = 0; e < count; ++e) {
     for (int k = 0; k < 4; ++k)
       solid.nodes(k, e) = static_cast<int>(body.tetrahedra[static_cast<std::size_t>(e)].nodes[static_cast<std::size_t>(k)]);
-    solid.shear[e] = static_cast<float>(kSpacingM * kSpacingM * kSpacingM / 6 * 8e3 / (2 * 1.45));
+    solid.stiffness[e] = static_cast<float>(kSpacingM * kSpacingM * kSpacingM / 6 * 8e3 / (2 * 1.45));
   }
-  solid.dilation = static_cast<float>(2 * 0.45 / (1 - 2 * 0.45)) * solid.shear;
-  solid.damping_s.setZero(count);
+  solid.dilation = static_cast<float>(2 * 0.45 / (1 - 2 * 0.45)) * solid.stiffness;
+  solid.damping.setZero(count);
   SampledSolidForce force(solid, 0, 1e-6, false);
   REQUIRE_FALSE(force.empty());
   Matrix k_moved, d_moved;

@@ -179,7 +179,7 @@ TEST_CASE("A shadow's patch is made for the tool that it shares, wherever that s
   CHECK(of_shadow.scheme == Scheme::hyper);
   CHECK(of_shadow.stiffness == of_hand.stiffness);
   CHECK(of_shadow.g == of_hand.g);
-  CHECK(result.stations[1].terms.springs.stiffness == result.stations[0].terms.springs.stiffness);
+  CHECK(result.stations[1].terms.elements.stiffness == result.stations[0].terms.elements.stiffness);
 }
 
 TEST_CASE("A tool that tears at the body beyond sense does not stop the room, and the body finds its rest again") {

@@ -96,16 +96,16 @@ namespace {
 
 NonlinearTerms some_springs(const Patch& patch, int count, int nodes) {
   NonlinearTerms terms = sampled_terms(patch);
-  SampledSprings& springs = terms.springs;
+  SampledElements& springs = terms.elements;
   springs.stiffening = 30;
   springs.motion = rounded(some(3 * nodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
   springs.position = some(3, nodes, 0.02);
-  springs.ends.resize(2, count);
-  for (int e = 0; e < count; ++e) springs.ends.col(e) << e % nodes, (3 * e + 5 + e / nodes) % nodes;
+  springs.nodes.resize(2, count);
+  for (int e = 0; e < count; ++e) springs.nodes.col(e) << e % nodes, (3 * e + 5 + e / nodes) % nodes;
   springs.rest_length = Eigen::VectorXf::Constant(count, 0.02F);
   springs.stiffness = Eigen::VectorXf::Constant(count, static_cast<float>(patch.stiffness.mean() / (3 * count)));
   springs.damping = 0.01F * springs.stiffness;
-  springs.max_slope = SampledSprings::steep_of(Eigen::ArrayXd::Constant(count, 10));
+  springs.max_slope = SampledElements::steep_of(Eigen::ArrayXd::Constant(count, 10));
   return terms;
 }
 
@@ -114,7 +114,7 @@ NonlinearTerms some_springs(const Patch& patch, int count, int nodes) {
 NonlinearTerms spring_terms(const Patch& patch) { return some_springs(patch, 20, 13); }
 NonlinearTerms slack_spring_terms(const Patch& patch) {
   NonlinearTerms terms = spring_terms(patch);
-  SampledSprings& springs = terms.springs;
+  SampledElements& springs = terms.elements;
   springs.stiffening = 0;
   springs.max_slope.clear();
   springs.stiffness *= 0.1F;
@@ -127,7 +127,7 @@ NonlinearTerms many_spring_terms(const Patch& patch) { return some_springs(patch
 NonlinearTerms solid_terms(const Patch& patch) {
   constexpr int kCount = 20, kNodes = 13;
   NonlinearTerms terms = sampled_terms(patch);
-  SampledTetrahedra& solid = terms.solid;
+  SampledElements& solid = terms.elements;
   solid.motion = rounded(some(3 * kNodes, patch.modes(), 0.7), terms.grasp ? 4 : -1);
   // Along a helix any four consecutive points span a volume of the same orientation.
   solid.rest.resize(3, kNodes);
@@ -140,9 +140,9 @@ NonlinearTerms solid_terms(const Patch& patch) {
   for (int e = 0; e < kCount; ++e)
     for (int i = 0; i < 4; ++i) solid.nodes(i, e) = e % (kNodes - 3) + i;
   // |dF| is about 30 / m for a displacement of 1 m in a mode of unit mass.
-  solid.shear = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (1e4 * kCount)));
-  solid.dilation = 4 * solid.shear;
-  solid.damping_s = Eigen::VectorXf::Constant(kCount, 0.01F);
+  solid.stiffness = Eigen::VectorXf::Constant(kCount, static_cast<float>(patch.stiffness.mean() / (1e4 * kCount)));
+  solid.dilation = 4 * solid.stiffness;
+  solid.damping = Eigen::VectorXf::Constant(kCount, 0.01F);
   return terms;
 }
 

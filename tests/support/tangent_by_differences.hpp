@@ -5,8 +5,8 @@
 
 namespace palpate::test {
 
-/// Symmetric part of dg/du over the last `modes` of u, [modes x modes]: `force` is a SampledForce or a SampledSolidForce, and
-/// stays at the last place to which it was moved.
+/// Symmetric part of dg/du over the last `modes` of u, [modes x modes]: `force` is a SampledSpringForce or a SampledSolidForce,
+/// and stays at the last place to which it was moved.
 template <class Force>
 Eigen::MatrixXd tangent_by_differences(Force& force, const typename Force::Values& u, int modes, float step) {
   Eigen::MatrixXd tangent(modes, modes);

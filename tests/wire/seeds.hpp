@@ -131,16 +131,16 @@ inline NonlinearTerms spring_terms(int r, bool grasp, int count, int nodes) {
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
-  terms.springs.stiffening = 30;
-  terms.springs.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
-  terms.springs.position = some(3, nodes, 0.01F);
-  terms.springs.ends.resize(2, count);
-  for (int e = 0; e < count; ++e) terms.springs.ends.col(e) << e % nodes, (e + 1 + e / nodes) % nodes;
-  terms.springs.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
-  terms.springs.stiffness = some(count, 1, 300).cwiseAbs();
-  terms.springs.damping = some(count, 1, 3).cwiseAbs();
-  terms.springs.max_slope.resize(static_cast<std::size_t>(count));
-  for (std::uint8_t& slope : terms.springs.max_slope) slope = static_cast<std::uint8_t>(random());
+  terms.elements.stiffening = 30;
+  terms.elements.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
+  terms.elements.position = some(3, nodes, 0.01F);
+  terms.elements.nodes.resize(2, count);
+  for (int e = 0; e < count; ++e) terms.elements.nodes.col(e) << e % nodes, (e + 1 + e / nodes) % nodes;
+  terms.elements.rest_length = some(count, 1, 0.01F).cwiseAbs().array() + 0.001F;
+  terms.elements.stiffness = some(count, 1, 300).cwiseAbs();
+  terms.elements.damping = some(count, 1, 3).cwiseAbs();
+  terms.elements.max_slope.resize(static_cast<std::size_t>(count));
+  for (std::uint8_t& slope : terms.elements.max_slope) slope = static_cast<std::uint8_t>(random());
   terms.e2 = some(pairs_of(n), 1, 1e-3F);
   return terms;
 }
@@ -155,26 +155,26 @@ inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   const int n = r + (grasp ? 3 : 0);
   terms.variables = n;
   terms.grasp = grasp;
-  terms.solid.law.kind = grasp ? SolidLaw::corotational : SolidLaw::veronda_westmann;
+  terms.elements.law.kind = grasp ? SolidLaw::corotational : SolidLaw::veronda_westmann;
   if (!grasp) {
-    terms.solid.law.shape = 2.5;
-    terms.solid.law.fibres = {{0, 0.6F, 0.8F}, 0.75, 2};
+    terms.elements.law.shape = 2.5;
+    terms.elements.law.fibres = {{0, 0.6F, 0.8F}, 0.75, 2};
   }
-  terms.solid.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
+  terms.elements.motion = rounded(some(3 * nodes, r, 4), grasp ? nodes / 2 : -1);
   // Along a helix any four consecutive points span a volume of the same orientation.
-  terms.solid.rest.resize(3, nodes);
+  terms.elements.rest.resize(3, nodes);
   for (int i = 0; i < nodes; ++i)
-    terms.solid.rest.col(i) << 0.02F * std::cos(1.2F * static_cast<float>(i)), 0.02F * std::sin(1.2F * static_cast<float>(i)),
+    terms.elements.rest.col(i) << 0.02F * std::cos(1.2F * static_cast<float>(i)), 0.02F * std::sin(1.2F * static_cast<float>(i)),
         0.003F * static_cast<float>(i);
-  terms.solid.position = terms.solid.rest + some(3, nodes, 0.002F);
-  terms.solid.nodes.resize(4, count);
+  terms.elements.position = terms.elements.rest + some(3, nodes, 0.002F);
+  terms.elements.nodes.resize(4, count);
   for (int e = 0; e < count; ++e) {
     const int first = e % (nodes - 3);
-    terms.solid.nodes.col(e) << first, first + 1, first + 2, first + 3;
+    terms.elements.nodes.col(e) << first, first + 1, first + 2, first + 3;
   }
-  terms.solid.shear = some(count, 1, 1e-3F).cwiseAbs();
-  terms.solid.dilation = some(count, 1, 1e-2F).cwiseAbs();
-  terms.solid.damping_s = some(count, 1, 0.02F).cwiseAbs();
+  terms.elements.stiffness = some(count, 1, 1e-3F).cwiseAbs();
+  terms.elements.dilation = some(count, 1, 1e-2F).cwiseAbs();
+  terms.elements.damping = some(count, 1, 0.02F).cwiseAbs();
   terms.e2 = some(pairs_of(n), 1, 1e-3F);
   return terms;
 }

@@ -53,40 +53,40 @@ TEST_CASE("terms that are springs arrive, how nodes move to the last bit, and th
     REQUIRE(got);
     CHECK(got->variables == sent.variables);
     CHECK(got->grasp == grasp);
-    CHECK(got->springs.stiffening == sent.springs.stiffening);
-    CHECK(got->springs.motion.rows(tool) == sent.springs.motion.rows(tool));
-    CHECK(got->springs.ends == sent.springs.ends);
-    CHECK((got->springs.spans() - sent.springs.spans()).cwiseAbs().maxCoeff() < 1e-6F);
-    CHECK((got->springs.rest_length - sent.springs.rest_length).cwiseAbs().maxCoeff() < 1e-6F);
-    check_half(got->springs.stiffness, sent.springs.stiffness);
-    check_half(got->springs.damping, sent.springs.damping);
-    CHECK(got->springs.max_slope == sent.springs.max_slope);
+    CHECK(got->elements.stiffening == sent.elements.stiffening);
+    CHECK(got->elements.motion.rows(tool) == sent.elements.motion.rows(tool));
+    CHECK(got->elements.nodes == sent.elements.nodes);
+    CHECK((got->elements.spans() - sent.elements.spans()).cwiseAbs().maxCoeff() < 1e-6F);
+    CHECK((got->elements.rest_length - sent.elements.rest_length).cwiseAbs().maxCoeff() < 1e-6F);
+    check_half(got->elements.stiffness, sent.elements.stiffness);
+    check_half(got->elements.damping, sent.elements.damping);
+    CHECK(got->elements.max_slope == sent.elements.max_slope);
     check_half(got->e2, sent.e2);
     CHECK(got->rate == stamp_rate(patch));
     NonlinearTerms bad = sent;
-    bad.springs.stiffness[3] = -1;
+    bad.elements.stiffness[3] = -1;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
-    bad.springs.max_slope.pop_back();
+    bad.elements.max_slope.pop_back();
     CHECK(to_pieces(bad, patch.seq).empty());
     bad = sent;
-    bad.springs.damping[7] = -1;
+    bad.elements.damping[7] = -1;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
-    bad.springs.rest_length[5] = 0;
+    bad.elements.rest_length[5] = 0;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
-    bad.springs.ends(1, 33) = 15;
+    bad.elements.nodes(1, 33) = 15;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
-    bad.springs.motion.parent[4] = 5;
+    bad.elements.motion.parent[4] = 5;
     CHECK_FALSE(arrived(bad, patch));
     bad = sent;
-    bad.springs.motion.tool = 15;
+    bad.elements.motion.tool = 15;
     CHECK_FALSE(arrived(bad, patch));
   }
   CHECK(to_pieces(seeds::spring_terms(12, true, kMaxSprings + 1, 15), 1).empty());
-  CHECK(to_pieces(seeds::spring_terms(12, true, 34, kMaxSpringNodes + 1), 1).empty());
+  CHECK(to_pieces(seeds::spring_terms(12, true, 34, kMaxSampledNodes + 1), 1).empty());
 }
 
 TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and those that no tetrahedron can be do not count") {
@@ -98,44 +98,40 @@ TEST_CASE("terms that are tetrahedra arrive, how nodes move to the last bit, and
     REQUIRE(got);
     CHECK(got->variables == sent.variables);
     CHECK(got->grasp == grasp);
-    CHECK(got->springs.count() == 0);
-    CHECK(got->solid.motion.rows(tool) == sent.solid.motion.rows(tool));
-    const LawParameters &law = got->solid.law, &sent_law = sent.solid.law;
+    CHECK(got->elements.motion.rows(tool) == sent.elements.motion.rows(tool));
+    const LawParameters &law = got->elements.law, &sent_law = sent.elements.law;
     CHECK(law.kind == sent_law.kind);
     CHECK(law.shape == Approx(sent_law.shape));
     for (std::size_t p = 0; p < 2; ++p) CHECK(law.exponents[p] == Approx(sent_law.exponents[p]).epsilon(5e-4));
     for (std::size_t a = 0; a < 3; ++a) CHECK(law.fibres.direction[a] == Approx(sent_law.fibres.direction[a]).margin(5e-4));
     CHECK(law.fibres.share == Approx(sent_law.fibres.share).epsilon(5e-4));
     CHECK(law.fibres.exponent == Approx(sent_law.fibres.exponent).epsilon(5e-4));
-    CHECK(got->solid.nodes == sent.solid.nodes);
-    for (const auto place : {&SampledTetrahedra::position, &SampledTetrahedra::rest}) {
-      const Eigen::Matrix3Xf &there = got->solid.*place, &here = sent.solid.*place;
+    CHECK(got->elements.nodes == sent.elements.nodes);
+    for (const auto place : {&SampledElements::position, &SampledElements::rest}) {
+      const Eigen::Matrix3Xf &there = got->elements.*place, &here = sent.elements.*place;
       CHECK(((there.colwise() - there.col(0)) - (here.colwise() - here.col(0))).cwiseAbs().maxCoeff() < 5e-6F);
     }
-    check_half(got->solid.shear, sent.solid.shear);
-    check_half(got->solid.dilation, sent.solid.dilation);
-    check_half(got->solid.damping_s, sent.solid.damping_s);
+    check_half(got->elements.stiffness, sent.elements.stiffness);
+    check_half(got->elements.dilation, sent.elements.dilation);
+    check_half(got->elements.damping, sent.elements.damping);
     check_half(got->e2, sent.e2);
     const auto refused = [&](auto change) {
       NonlinearTerms bad = sent;
-      change(bad.solid);
+      change(bad.elements);
       return !arrived(bad, patch);
     };
-    CHECK(refused([](SampledTetrahedra& s) { s.shear[3] = -1; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.dilation[3] = -1; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.damping_s[7] = -1; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = 15; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.nodes(1, 33) = s.nodes(0, 33); }));          // zero volume
-    CHECK(refused([](SampledTetrahedra& s) { std::swap(s.nodes(1, 9), s.nodes(2, 9)); }));  // negative volume
-    CHECK(refused([](SampledTetrahedra& s) { s.motion.parent[4] = 5; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.motion.tool = 15; }));
-    CHECK(refused([](SampledTetrahedra& s) { s.rest(1, 2) = std::numeric_limits<float>::quiet_NaN(); }));
+    CHECK(refused([](SampledElements& s) { s.stiffness[3] = -1; }));
+    CHECK(refused([](SampledElements& s) { s.dilation[3] = -1; }));
+    CHECK(refused([](SampledElements& s) { s.damping[7] = -1; }));
+    CHECK(refused([](SampledElements& s) { s.nodes(1, 33) = 15; }));
+    CHECK(refused([](SampledElements& s) { s.nodes(1, 33) = s.nodes(0, 33); }));          // zero volume
+    CHECK(refused([](SampledElements& s) { std::swap(s.nodes(1, 9), s.nodes(2, 9)); }));  // negative volume
+    CHECK(refused([](SampledElements& s) { s.motion.parent[4] = 5; }));
+    CHECK(refused([](SampledElements& s) { s.motion.tool = 15; }));
+    CHECK(refused([](SampledElements& s) { s.rest(1, 2) = std::numeric_limits<float>::quiet_NaN(); }));
   }
-  CHECK(to_pieces(seeds::solid_terms(12, true, kMaxTetrahedra + 1, 15), 1).empty());
-  CHECK(to_pieces(seeds::solid_terms(12, true, 34, kMaxSpringNodes + 1), 1).empty());
-  NonlinearTerms both = seeds::solid_terms(12, true, 34, 15);
-  both.springs = seeds::spring_terms(12, true, 34, 15).springs;
-  CHECK(to_pieces(both, 1).empty());
+  CHECK(to_pieces(seeds::solid_terms(12, true, kMaxFiniteElements + 1, 15), 1).empty());
+  CHECK(to_pieces(seeds::solid_terms(12, true, 34, kMaxSampledNodes + 1), 1).empty());
 }
 
 TEST_CASE("how nodes move is right to half a byte's step of what each moves more than another one") {
@@ -168,7 +164,7 @@ TEST_CASE("A patch of any number of modes and terms that fill their budget take 
         CAPTURE(modes, repaired, grasp, first);
         const TermsBudget budget{modes + (grasp ? 3 : 0), grasp, repaired, grasp ? 0 : first, true};
         int nodes = 0;
-        while (nodes < kMaxSpringNodes && numbers_of(budget, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
+        while (nodes < kMaxSampledNodes && numbers_of(budget, nodes + 1, 2 * nodes + 2) <= kUsualNumbers) ++nodes;
         REQUIRE(nodes >= 32);
         NonlinearTerms terms = seeds::spring_terms(modes, grasp, 2 * nodes, nodes);
         if (!repaired) terms.e2.resize(0);
@@ -253,30 +249,32 @@ TEST_CASE("pieces that are not sane are not sent, and are dropped and counted wh
     CHECK(check(bad) == TermsFault::sizes);
   }
   bad = good;
-  bad.springs = 0;
+  bad.elements = 0;
   CHECK(check(bad) == TermsFault::sizes);
   for (const float number : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     for (const auto place : {&NodeMotion::scale, &NodeMotion::step}) {
       NonlinearTerms springs = seeds::spring_terms(6, true, 9, 5);
-      (springs.springs.motion.*place)[4] = number;
+      (springs.elements.motion.*place)[4] = number;
       CHECK(to_pieces(springs, 1).empty());
     }
     NonlinearTerms springs = seeds::spring_terms(6, true, 9, 5);
-    springs.springs.position(1, 3) = number;
+    springs.elements.position(1, 3) = number;
     CHECK(to_pieces(springs, 1).empty());
   }
 }
 
-TEST_CASE("terms of neither springs nor tetrahedra are malformed") {
+TEST_CASE("terms of a law that no finite element of a solid has are refused") {
   constexpr std::uint32_t kSeq = 0x51c0ffee;
-  constexpr std::ptrdiff_t kFlags = 41;  // bytes after patch_seq, the first of the head (schema/wire.fbs)
-  auto bytes = seeds::bytes_of(seeds::message(to_pieces(seeds::spring_terms(6, true, 9, 5), kSeq).front()));
+  constexpr std::ptrdiff_t kLaw = 46;  // bytes after patch_seq, the first of the head (schema/wire.fbs)
+  auto bytes = seeds::bytes_of(seeds::message(to_pieces(seeds::solid_terms(6, true, 9, 8), kSeq).front()));
   std::array<std::byte, sizeof kSeq> seq{};
   std::memcpy(seq.data(), &kSeq, sizeof kSeq);
   const auto head = std::search(bytes.begin(), bytes.end(), seq.begin(), seq.end());
-  REQUIRE(head[kFlags] == std::byte{1 + 2 + 4});
+  REQUIRE(head[kLaw] == static_cast<std::byte>(SolidLaw::corotational));
   Message out;
   CHECK(decode(bytes, out) == WireFault::none);
-  head[kFlags] = std::byte{1 + 2};
-  CHECK(decode(bytes, out) == WireFault::malformed);
+  for (const auto law : {static_cast<std::byte>(SolidLaw::membrane), std::byte{200}}) {
+    head[kLaw] = law;
+    CHECK(decode(bytes, out) == WireFault::out_of_range);
+  }
 }
