@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "bench/fidelity/reference.hpp"
-#include "server/reduce/tool_prediction.hpp"
+#include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
 

@@ -14,7 +14,7 @@
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 #include "common/wire/scheme_in_use.hpp"
-#include "server/reduce/build_phase.hpp"
+#include "server/reduction/build_phase.hpp"
 
 namespace palpate {
 

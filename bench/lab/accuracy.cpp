@@ -39,11 +39,11 @@ struct AccuracyCell {
   AccuracyRow row = AccuracyRow::as_sent;
   double rtt_ms = 0;
   // Results:
-  ComparedScheme served = ComparedScheme::hyper;           // scheme that the server chose
-  double snr_db = 0;                       // as in metrics.hpp
-  double median_error = 0, p95_error = 0;  // relative error of the force, where it is at least a tenth of its peak
-  double frame_bytes = 0;                  // bytes of the patch and its terms
-  double build_ms = 0, tick_us = 0;        // processor time: server per patch, client per tick (median)
+  ComparedScheme served = ComparedScheme::hyper;  // scheme that the server chose
+  double snr_db = 0;                              // as in metrics.hpp
+  double median_error = 0, p95_error = 0;         // relative error of the force, where it is at least a tenth of its peak
+  double frame_bytes = 0;                         // bytes of the patch and its terms
+  double build_ms = 0, tick_us = 0;               // processor time: server per patch, client per tick (median)
 };
 using AccuracyCells = std::vector<AccuracyCell>;
 

@@ -8,7 +8,7 @@
 
 #include "bench/fidelity/replay.hpp"
 #include "common/link/link_model.hpp"
-#include "common/port/scheme.hpp"
+#include "common/patch/scheme.hpp"
 
 namespace palpate {
 

@@ -18,7 +18,7 @@
 #include "bench/measure/gestures.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/paper/compared_scheme.hpp"
-#include "server/body/unload.hpp"
+#include "server/dynamics/unload.hpp"
 
 namespace palpate {
 namespace {
@@ -110,7 +110,8 @@ MaskingCells masking_cells(const MaskingFlags& flags) {
       flags.quick ? std::vector<std::string>{"press", "tap"} : std::vector<std::string>{"press", "stroke", "tap", "grip-release"};
   MaskingCells cells(1);
   cells = crossed(crossed(cells, &MaskingCell::body, bodies), &MaskingCell::motion, motions);
-  return crossed(crossed(cells, &MaskingCell::link, links_of(flags)), &MaskingCell::scheme, compared_schemes_named(flags.schemes));
+  return crossed(crossed(cells, &MaskingCell::link, links_of(flags)), &MaskingCell::scheme,
+                 compared_schemes_named(flags.schemes));
 }
 
 Motion lifted_above(const Scene& scene, const Motion& motion, double until_s) {

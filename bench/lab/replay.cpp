@@ -21,7 +21,7 @@
 #include "common/base/limits.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "common/io/mapped_file.hpp"
-#include "server/body/unload.hpp"
+#include "server/dynamics/unload.hpp"
 
 namespace palpate {
 namespace {

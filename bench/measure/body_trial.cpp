@@ -5,7 +5,7 @@
 
 #include "bench/measure/gestures.hpp"
 #include "common/base/random.hpp"
-#include "server/body/integrator.hpp"
+#include "server/dynamics/integrator.hpp"
 #include "server/scene/lattice.hpp"
 
 namespace palpate {

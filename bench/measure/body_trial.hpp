@@ -22,7 +22,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "server/body/dynamics.hpp"
+#include "server/dynamics/dynamics.hpp"
 
 namespace palpate {
 

@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "common/base/error.hpp"
-#include "server/body/dynamics.hpp"
-#include "server/body/linear_solver.hpp"
-#include "server/body/skin.hpp"
+#include "server/dynamics/dynamics.hpp"
+#include "server/dynamics/skin.hpp"
 #include "server/room/room.hpp"
+#include "server/solve/linear_solver.hpp"
 
 namespace palpate {
 namespace {

@@ -14,12 +14,12 @@
 #include "bench/micro/machine.hpp"
 #include "bench/micro/timer.hpp"
 #include "common/io/spinning_thread_pool.hpp"
-#include "server/body/dynamics.hpp"
-#include "server/body/explicit_integrator.hpp"
-#include "server/body/linear_solver.hpp"
-#include "server/body/spring_blocks.hpp"
-#include "server/reduce/frame_model.hpp"
-#include "server/reduce/static_indentation.hpp"
+#include "server/dynamics/dynamics.hpp"
+#include "server/dynamics/explicit_integrator.hpp"
+#include "server/elements/spring_blocks.hpp"
+#include "server/reduction/frame_model.hpp"
+#include "server/reduction/static_indentation.hpp"
+#include "server/solve/linear_solver.hpp"
 
 namespace palpate {
 namespace {

@@ -6,9 +6,9 @@
 #include <cassert>
 #include <stdexcept>
 
-#include "server/body/dynamics.hpp"
-#include "server/reduce/basis.hpp"
-#include "server/reduce/snapshot_set.hpp"
+#include "server/dynamics/dynamics.hpp"
+#include "server/reduction/basis.hpp"
+#include "server/reduction/snapshot_set.hpp"
 
 namespace palpate {
 namespace {

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "bench/paper/low_rank_gramian.hpp"
-#include "server/body/skin.hpp"
+#include "server/dynamics/skin.hpp"
 
 namespace palpate {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench/paper/symmetric_factor.hpp"
-#include "server/body/block_matrix.hpp"
+#include "server/solve/block_matrix.hpp"
 
 namespace palpate {
 

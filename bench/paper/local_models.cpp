@@ -4,7 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <stdexcept>
 
-#include "server/reduce/patch_build.hpp"
+#include "server/reduction/patch_build.hpp"
 
 namespace palpate {
 namespace {

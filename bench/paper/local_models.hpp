@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bench/paper/specimen.hpp"
-#include "server/reduce/basis.hpp"
+#include "server/reduction/basis.hpp"
 
 namespace palpate {
 

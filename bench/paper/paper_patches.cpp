@@ -5,10 +5,10 @@
 
 #include "bench/paper/local_models.hpp"
 #include "common/wire/codec.hpp"
-#include "server/body/settle.hpp"
-#include "server/reduce/patch_build.hpp"
-#include "server/reduce/port_surface.hpp"
-#include "server/reduce/psd_projection.hpp"
+#include "server/dynamics/settle.hpp"
+#include "server/reduction/patch_build.hpp"
+#include "server/reduction/port_surface.hpp"
+#include "server/reduction/psd_projection.hpp"
 
 namespace palpate {
 namespace {

@@ -19,8 +19,8 @@
 
 #include "bench/paper/balanced_basis.hpp"
 #include "bench/paper/two_layer.hpp"
-#include "server/body/dynamics.hpp"
-#include "server/reduce/basis.hpp"
+#include "server/dynamics/dynamics.hpp"
+#include "server/reduction/basis.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {

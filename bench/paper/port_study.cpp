@@ -6,7 +6,7 @@
 #include "bench/paper/local_models.hpp"
 #include "bench/paper/truncation_map.hpp"
 #include "bench/paper/two_layer.hpp"
-#include "server/reduce/patch_build.hpp"
+#include "server/reduction/patch_build.hpp"
 
 namespace palpate {
 namespace {

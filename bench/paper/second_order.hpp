@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "bench/paper/dynamic_stiffness.hpp"
-#include "server/body/dynamics.hpp"
+#include "server/dynamics/dynamics.hpp"
 
 namespace palpate {
 

@@ -8,7 +8,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "bench/fidelity/metrics.hpp"
-#include "server/body/spring_kernel.hpp"
+#include "server/elements/spring_kernel.hpp"
 
 namespace palpate {
 namespace {

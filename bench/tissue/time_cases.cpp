@@ -1,5 +1,5 @@
-// Time dependence of a solid with relaxation (server/body/relaxation.hpp), in steps of the server's integrator. Two branches, 0.3
-// in 0.2 s and 0.25 in 2 s.
+// Time dependence of a solid with relaxation (server/dynamics/relaxation.hpp), in steps of the server's integrator. Two branches,
+// 0.3 in 0.2 s and 0.25 in 2 s.
 //
 //   step relaxation   a column stretched by 0.1 % within a step and held: its force after 1 s [N]
 //   creep             a column suddenly loaded by its weight: displacement of its end after 1.5 s [mm], at small strains.
@@ -14,7 +14,7 @@
 
 #include "bench/tissue/specimens.hpp"
 #include "bench/tissue/tissue_case.hpp"
-#include "server/body/integrator.hpp"
+#include "server/dynamics/integrator.hpp"
 
 namespace palpate {
 namespace {

@@ -19,9 +19,9 @@
 #include "common/base/latest_slot.hpp"
 #include "common/base/sample_history.hpp"
 #include "common/base/types.hpp"
+#include "common/patch/patch.hpp"
+#include "common/patch/terms_pieces.hpp"
 #include "common/player/player.hpp"
-#include "common/port/patch.hpp"
-#include "common/port/terms_pieces.hpp"
 
 namespace palpate {
 

@@ -58,7 +58,7 @@ Vec3f miss_color(float s) {
   return none + std::clamp(s, 0.0F, 1.0F) * (full - none);
 }
 
-// Chosen by search: no two nearer than 0.138 in OKLab to any eye (tests/view/test_hues.cpp), none near steel or the body.
+// Chosen by search: no two nearer than 0.138 in OKLab to any eye (tests/client/view/test_hues.cpp), none near steel or the body.
 Vec3f station_color(std::size_t index) {
   static const std::array<Vec3f, kStationColors> kPalette{
       Vec3f(0.06F, 0.60F, 0.66F), Vec3f(0.37F, 0.34F, 0.78F), Vec3f(0.03F, 0.30F, 0.01F), Vec3f(0.61F, 0.72F, 0.08F),

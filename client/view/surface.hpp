@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "common/port/patch.hpp"
-#include "common/port/surface.hpp"
+#include "common/patch/patch.hpp"
+#include "common/patch/surface.hpp"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 //                               mu_1 = mu_L - mu_2,  lambda = lambda_L + mu_1,  mu_2 = s mu_L (mooney_rivlin, b = 0, s a share)
 //                               or -mu_L (veronda_westmann)
 //
-// Other equations, symbols and sources of the laws: server/body/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp,
+// Other equations, symbols and sources of the laws: server/dynamics/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp,
 // fibre_lanes.hpp. Every law has the shear modulus mu_L and Lame's lambda_L [Pa] in small strains, and no stress at rest. The
 // bounds hold for scenes and for datagrams.
 #pragma once
@@ -18,7 +18,8 @@
 
 namespace palpate {
 
-/// Law of a finite element (server/body/tetra_kernel.hpp). `membrane` is for triangles, the others for elements with a volume.
+/// Law of a finite element (server/dynamics/tetra_kernel.hpp). `membrane` is for triangles, the others for elements with a
+/// volume.
 enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann, ogden, gent, membrane };
 
 /// Lame's parameters of small strains [Pa, or what E is in] from Young's modulus E and Poisson's ratio nu:
@@ -68,7 +69,7 @@ struct LawParameters {
 };
 
 /// One branch of a Prony series: the share of the stress of fast motions that relaxes, and its time constant
-/// (server/body/relaxation.hpp).
+/// (server/dynamics/relaxation.hpp).
 struct PronyBranch {
   double share = 0, time_s = 1;
 };
@@ -77,7 +78,7 @@ inline constexpr double kMaxFadingShare = 0.95;      ///< all branches: fast mot
 inline constexpr double kMinFadingS = 0.01;  ///< at least a body's step, once in which stress relaxes (docs/decisions/0065)
 inline constexpr double kMaxFadingS = 1e5;   ///< a day; slower is practically never
 
-/// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/body/tetra_kernel.hpp).
+/// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/dynamics/tetra_kernel.hpp).
 inline constexpr bool is_of_invariants(SolidLaw law) {
   return law == SolidLaw::mooney_rivlin || law == SolidLaw::veronda_westmann;
 }

@@ -16,9 +16,9 @@
 #include <array>
 #include <cstdint>
 
+#include "common/patch/contact_law.hpp"
+#include "common/patch/patch.hpp"
 #include "common/player/propagator.hpp"
-#include "common/port/contact_law.hpp"
-#include "common/port/patch.hpp"
 
 namespace palpate {
 

@@ -33,12 +33,12 @@
 #include <array>
 
 #include "common/base/types.hpp"
+#include "common/patch/contact_law.hpp"
+#include "common/patch/nonlinear_terms.hpp"
+#include "common/patch/onset.hpp"
+#include "common/patch/patch.hpp"
 #include "common/player/other_contacts.hpp"
 #include "common/player/propagator.hpp"
-#include "common/port/contact_law.hpp"
-#include "common/port/nonlinear_terms.hpp"
-#include "common/port/onset.hpp"
-#include "common/port/patch.hpp"
 
 namespace palpate {
 

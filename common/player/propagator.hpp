@@ -20,7 +20,7 @@
 // Source: Van Loan, IEEE TAC 23 (1978); Higham, SIAM J. Matrix Anal. Appl. 26 (2005), for the exponential.
 #pragma once
 
-#include "common/port/patch.hpp"
+#include "common/patch/patch.hpp"
 
 namespace palpate {
 

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/port/patch.hpp"
+#include "common/patch/patch.hpp"
 
 namespace palpate {
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstring>
 
-#include "common/port/packed_numbers.hpp"
+#include "common/patch/packed_numbers.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
 #include "common/wire/sense.hpp"

@@ -1,7 +1,7 @@
 #include <cstring>
 
 #include "common/base/plain_text.hpp"
-#include "common/port/packed_numbers.hpp"
+#include "common/patch/packed_numbers.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
 

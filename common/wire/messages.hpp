@@ -8,8 +8,8 @@
 
 #include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
-#include "common/port/patch.hpp"
-#include "common/port/terms_pieces.hpp"
+#include "common/patch/patch.hpp"
+#include "common/patch/terms_pieces.hpp"
 #include "common/wire/body_mesh.hpp"
 #include "common/wire/scheme_in_use.hpp"
 #include "common/wire/shape_blocks.hpp"

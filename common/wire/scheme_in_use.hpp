@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "common/base/types.hpp"
-#include "common/port/scheme.hpp"
+#include "common/patch/scheme.hpp"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "server/reduce/patch_build.hpp"
+#include "server/reduction/patch_build.hpp"
 
 namespace palpate {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "server/elements/fused.hpp"
 #include "server/elements/generalised_stress.hpp"
 #include "server/elements/law_loops.hpp"
+#include "server/solve/fused.hpp"
 
 namespace palpate {
 namespace {

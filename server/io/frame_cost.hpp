@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "server/body/surface_stiffness.hpp"
+#include "server/dynamics/surface_stiffness.hpp"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/record/reader.hpp"
-#include "server/body/body_state.hpp"
+#include "server/elements/body_state.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

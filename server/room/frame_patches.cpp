@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "common/wire/codec.hpp"
-#include "server/reduce/tool_prediction.hpp"
+#include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
 

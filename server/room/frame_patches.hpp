@@ -17,7 +17,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/reduce/patch_build.hpp"
+#include "server/reduction/patch_build.hpp"
 #include "server/room/deadband.hpp"
 #include "server/room/state_prediction.hpp"
 #include "server/room/stepped_body.hpp"

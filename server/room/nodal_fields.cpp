@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "common/mechanics/polar.hpp"
-#include "server/body/spring_kernel.hpp"
-#include "server/reduce/element_gradient.hpp"
-#include "server/reduce/local_body.hpp"
+#include "server/elements/spring_kernel.hpp"
+#include "server/reduction/element_gradient.hpp"
+#include "server/reduction/local_body.hpp"
 
 namespace palpate {
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "common/port/patch.hpp"
+#include "common/patch/patch.hpp"
 #include "common/wire/shape_blocks.hpp"
-#include "server/body/dynamics.hpp"
+#include "server/dynamics/dynamics.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

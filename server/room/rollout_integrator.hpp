@@ -10,7 +10,7 @@
 // Source: TR-BDF2 (integrator.hpp), Bank, Coughran, Fichtner, Grosse, Rose and Smith, IEEE Trans. CAD 4 (1985).
 #pragma once
 
-#include "server/body/integrator.hpp"
+#include "server/dynamics/integrator.hpp"
 
 namespace palpate {
 

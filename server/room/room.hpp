@@ -31,11 +31,11 @@
 
 #include "common/base/thread_pool.hpp"
 #include "common/base/types.hpp"
-#include "common/port/nonlinear_terms.hpp"
-#include "common/port/patch.hpp"
+#include "common/patch/nonlinear_terms.hpp"
+#include "common/patch/patch.hpp"
 #include "common/wire/shape_blocks.hpp"
-#include "server/body/stepper.hpp"
-#include "server/reduce/build_phase.hpp"
+#include "server/dynamics/stepper.hpp"
+#include "server/reduction/build_phase.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

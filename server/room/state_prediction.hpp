@@ -23,7 +23,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/reduce/frame_model.hpp"
+#include "server/reduction/frame_model.hpp"
 #include "server/room/rollout_integrator.hpp"
 #include "server/room/stepped_body.hpp"
 

@@ -5,7 +5,7 @@
 #include <cassert>
 
 #include "common/player/player.hpp"
-#include "server/reduce/basis.hpp"
+#include "server/reduction/basis.hpp"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/player/player.hpp"
-#include "server/reduce/tool_prediction.hpp"
+#include "server/reduction/tool_prediction.hpp"
 #include "server/room/stepped_body.hpp"
 
 namespace palpate {

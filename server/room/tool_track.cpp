@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "server/reduce/tool_prediction.hpp"
+#include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
 namespace {

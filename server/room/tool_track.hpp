@@ -14,7 +14,7 @@
 
 #include "common/base/minimum_jerk.hpp"
 #include "common/base/sample_history.hpp"
-#include "server/body/integrator.hpp"
+#include "server/dynamics/integrator.hpp"
 
 namespace palpate {
 

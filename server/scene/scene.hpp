@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/base/types.hpp"
-#include "common/port/patch.hpp"
 #include "common/mechanics/solid_law.hpp"
+#include "common/patch/patch.hpp"
 
 namespace palpate {
 
@@ -49,8 +49,8 @@ struct Tetrahedron {
   std::size_t corners() const { return is_triangle() ? 3 : 4; }
 };
 
-/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/body/hexa_kernel.hpp). Bit a of a node's
-/// index in `nodes` says on which side of the element it lies along axis a; the volume is positive.
+/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/dynamics/hexa_kernel.hpp). Bit a of a
+/// node's index in `nodes` says on which side of the element it lies along axis a; the volume is positive.
 struct Hexahedron {
   std::array<std::uint32_t, 8> nodes{};
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
@@ -71,14 +71,14 @@ struct LumpedBody {
   std::vector<Tetrahedron> tetrahedra;   ///< triangles of membranes last
   std::vector<Hexahedron> hexahedra;     ///< never together with tetrahedra that have a volume
   std::vector<SolidMaterial> materials;  ///< for fast motions; young_pa of a membrane is Young's modulus times thickness [N/m]
-  std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/body/relaxation.hpp)
+  std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/dynamics/relaxation.hpp)
   double mass_damping_1_s = 0;           ///< finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
   std::vector<Triangle> triangles;       ///< closed outer surface over nodes, counter-clockwise outward; empty for planar bodies
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
   double left_out_share = 0;  ///< share of the volume inside a closed surface that was dropped (clip.hpp)
-  bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
+  bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/dynamics/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };
@@ -96,7 +96,7 @@ struct ToolSpec {
   double radius_m = 0;                  ///< touch: contact radius of the tip (skin.hpp), 0 = a point
 };
 
-/// Integrator of the body (server/body/integrator_selection.hpp).
+/// Integrator of the body (server/dynamics/integrator_selection.hpp).
 enum class IntegratorKind : std::uint8_t { automatic, tr_bdf2, leapfrog, stabilised };
 
 struct SolverSpec {
@@ -114,9 +114,9 @@ struct Scene {
 /// Folders below which a scene may name meshes. Links are resolved first: a link to a file elsewhere is refused.
 using MeshFolders = std::vector<std::filesystem::path>;
 
-/// Reads and checks a scene file. For a body as loaded by gravity see open_scene() (server/body/unload.hpp). Throws InputError
-/// with file, line, field, value and what was expected. Paths inside a scene (meshes) are relative to the scene file, and lie
-/// below its folder or one of `besides`.
+/// Reads and checks a scene file. For a body as loaded by gravity see open_scene() (server/dynamics/unload.hpp). Throws
+/// InputError with file, line, field, value and what was expected. Paths inside a scene (meshes) are relative to the scene file,
+/// and lie below its folder or one of `besides`.
 Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides = {});
 /// The same from memory; `name` stands for the file in errors, and paths are relative to it. As the text may come from elsewhere,
 /// meshes must lie below one of `folders`.

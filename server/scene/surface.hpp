@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "common/port/patch.hpp"
+#include "common/patch/patch.hpp"
 #include "server/scene/grid.hpp"
 
 namespace palpate {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/port/patch.hpp"
+#include "common/patch/patch.hpp"
 
 namespace palpate {
 

@@ -7,8 +7,8 @@
 #include <cstdlib>
 
 #include "client/core/client_core.hpp"
+#include "tests/common/wire/seeds.hpp"
 #include "tests/fuzz/script.hpp"
-#include "tests/wire/seeds.hpp"
 
 using namespace palpate;
 using namespace std::chrono_literals;

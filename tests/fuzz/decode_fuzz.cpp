@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "tests/wire/seeds.hpp"
+#include "tests/common/wire/seeds.hpp"
 
 using namespace palpate;
 

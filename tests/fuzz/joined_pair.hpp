@@ -3,8 +3,8 @@
 
 #include <cstdlib>
 
+#include "tests/common/trust/channel_pair.hpp"
 #include "tests/fuzz/script.hpp"
-#include "tests/trust/channel_pair.hpp"
 
 namespace palpate::test {
 

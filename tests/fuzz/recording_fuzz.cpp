@@ -7,7 +7,7 @@
 
 #include "common/base/error.hpp"
 #include "common/record/layout.hpp"
-#include "tests/record/small_recording.hpp"
+#include "tests/common/record/small_recording.hpp"
 
 using namespace palpate;
 

@@ -11,9 +11,9 @@
 #include "common/base/plain_text.hpp"
 #include "common/base/random.hpp"
 #include "common/session/clock_sync.hpp"
+#include "tests/common/wire/seeds.hpp"
 #include "tests/fuzz/script.hpp"
-#include "tests/server_core/fake_room.hpp"
-#include "tests/wire/seeds.hpp"
+#include "tests/server/core/fake_room.hpp"
 
 using namespace palpate;
 using namespace std::chrono_literals;

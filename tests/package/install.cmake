@@ -1,7 +1,7 @@
 # Installs BUILD to an empty PREFIX and says what of the package is missing.
 file(REMOVE_RECURSE ${PREFIX})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
-foreach(file include/palpate/server/room/room.hpp include/palpate/common/player/player.hpp include/palpate/common/port/patch.hpp)
+foreach(file include/palpate/server/room/room.hpp include/palpate/common/player/player.hpp include/palpate/common/patch/patch.hpp)
   if(NOT EXISTS ${PREFIX}/${file})
     message(FATAL_ERROR "${file} was not installed")
   endif()

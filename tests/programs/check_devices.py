@@ -1,4 +1,4 @@
-"""Lists, tries and feels with devices as a user does, over the stand-ins for their vendors' libraries (tests/device/standin).
+"""Lists, tries and feels with devices as a user does, over the stand-ins for their vendors' libraries (tests/client/device/standin).
 
 usage: check_devices.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES FOLDER_OF_STANDINS
 """

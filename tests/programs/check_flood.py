@@ -2,7 +2,7 @@
 
 usage: check_flood.py FOLDER_OF_PROGRAMS FLOOD FOLDER_OF_SCENES [RATE PORTS SECONDS [CASE...]]
 
-A CASE is a kind of flood, as tests/flood/main.cpp has them; with `+keys` against a server with keys, of which the hand and the
+A CASE is a kind of flood, as tests/programs/flood/main.cpp has them; with `+keys` against a server with keys, of which the hand and the
 newcomer each have one and the flood has the server's public key; `=RATE` gives it a rate of its own. The hand comes over IPv6, so
 that the newcomer is nobody's neighbour but the flood's. Prints what it measured; it
 fails where somebody does not get in at all, or the server does not end in order.

@@ -210,7 +210,7 @@ def check_started_again(programs, server, keys):
 
 
 def check_taken_out(programs, server, keys):
-    """A key that is taken out of the file is out, and its station told so; a file that is wrong changes nothing. tests/world says
+    """A key that is taken out of the file is out, and its station told so; a file that is wrong changes nothing. tests/bench/world says
     within which time."""
     with Program(programs / "palpate-client", "--server", server.address, "--key", keys["station"], "--duration-s", "20", "--realtime",
                  "off") as client:

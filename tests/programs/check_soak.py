@@ -10,7 +10,7 @@ Two servers with keys and recordings, each behind a link that delays, loses, dou
               (a time namespace, `unshare --time`), as after a move to another machine. A hand is on it all the time.
 
 The clock on the wall of all of them is set once a minute, forwards and backwards by up to a year, under the running programs
-(tests/soak/wall_clock.cpp). CLOCK_MONOTONIC of a running process cannot be set, on no system: the simulated worlds do that to both
+(tests/programs/soak/wall_clock.cpp). CLOCK_MONOTONIC of a running process cannot be set, on no system: the simulated worlds do that to both
 ends (palpate-lab world).
 
 What has to hold: each end in order leaves a whole report; each recording can be read, with nothing damaged but the end of those
@@ -62,7 +62,7 @@ def write_motion(file, seconds, x_m):
 
 
 class WallClock:
-    """One for all programs (tests/soak/wall_clock.cpp)."""
+    """One for all programs (tests/programs/soak/wall_clock.cpp)."""
 
     def __init__(self, file, library):
         self.file, self.set_s = file, []

@@ -42,7 +42,7 @@ CLOCK_PLACES = ("bench/",)  # costs are measured there; nothing else depends on 
 TEMPORARY_BUFFERS = re.compile(r"\b(stable_sort|stable_partition|inplace_merge|get_temporary_buffer)\b")
 TEMPORARY_BUFFERS_PLACE = "common/base/sort_stably.hpp"
 
-REAL_TIME = re.compile(r"client/core/(haptic_tick|tool_hold)\.|client/mapping/(mapped_device|force_fade)\.|common/player/player\.|client/guard/|common/port/|common/base/(latest_slot|spsc_ring)\.")
+REAL_TIME = re.compile(r"client/core/(haptic_tick|tool_hold)\.|client/mapping/(mapped_device|force_fade)\.|common/player/player\.|client/guard/|common/patch/|common/base/(latest_slot|spsc_ring)\.")
 REAL_TIME_BANS = [
     (re.compile(r"\bnew\s+[A-Za-z_:(]|\b(malloc|calloc|realloc)\s*\(|\bmake_(unique|shared)\b"), "allocates"),
     (re.compile(r"\bstd::function\b"), "std::function may allocate"),
@@ -60,7 +60,7 @@ CUT_NAME = re.compile(r'TEST_CASE\(\s*"[^"]*;')
 UNFINISHED = re.compile(r"\b(" + "TO" + "DO|FIX" + r"ME)\b")
 # Names of our own that gave way to the field's: a pattern, the usual term, and files that may have it still.
 OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else None) for pattern, term, allowed in [
-    (r"\bcubic\b(?! lattice)|\bcubic_|[Cc]ubic(Terms|Force|Basis|Shapes)", "hyper", r"tests/scene/input_error_test\.cpp"),
+    (r"\bcubic\b(?! lattice)|\bcubic_|[Cc]ubic(Terms|Force|Basis|Shapes)", "hyper", r"tests/server/scene/input_error_test\.cpp"),
     (r"\b[Dd]ent(s|ed|_\w*)?\b|\bDents?[A-Z]", "static indentation", None),
     (r"BodyWays|known_ways|expected[_ ]ways", "displacement snapshots, tool prediction", None),
     (r"[Hh]and_?[Ff]utures?\b|affordable_futures|room_futures|\bin[ _]thought\b|step_in_thought", "rollout", None),

@@ -32,7 +32,7 @@ class CheckStyle(unittest.TestCase):
     def test_includes_against_the_direction(self):
         self.assert_breach("server/core/a.cpp", 3, '#include "client/core/b.hpp"', "layers")
         self.assert_breach("client/core/a.hpp", 2, '#include <server/core/b.hpp>', "layers")
-        self.assert_breach("common/port/a.hpp", 1, '#include "server/body/b.hpp"', "layers")
+        self.assert_breach("common/patch/a.hpp", 1, '#include "server/dynamics/b.hpp"', "layers")
         self.assert_breach("client/app/a.cpp", 1, '#include "bench/world/b.hpp"', "layers")
         self.assert_breach("server/core/a.cpp", 1, '#include "../../client/core/b.hpp"', "layers")
         self.assert_clean("bench/world/a.cpp", '#include "client/core/b.hpp"\n#include "server/core/c.hpp"\n')
@@ -49,12 +49,12 @@ class CheckStyle(unittest.TestCase):
         for code in ("// a dent as deep as that", "BodyWays ways;", "class Crew {};", "double bridge_s = 0;", "scheme = \"cubic\";",
                      "// remembered states", "Vector imbalance;", "constexpr double kSeldom = 8;", "// of a graded body", "// pressed in thought",
                      "beat.lives_on = 1;", "// a patch that lives on"):
-            self.assert_breach("server/reduce/a.cpp", 3, code, "words")
+            self.assert_breach("server/reduction/a.cpp", 3, code, "words")
         self.assert_breach("docs/a.md", 2, "as in the ladder of integrators", "words")
         self.assert_breach("server/room/hand_futures.hpp", 1, "", "words")
         self.assert_clean("docs/notebook.md", "# The ladder, dents and bridges\n")
         self.assert_clean("docs/a.md", "a cubic lattice; see [12](notebook.md)\n")
-        self.assert_clean("server/reduce/a.cpp", "// an accident of indentation, independent of the horizon\n")
+        self.assert_clean("server/reduction/a.cpp", "// an accident of indentation, independent of the horizon\n")
 
     def test_comments_without_a_subject(self):
         for code in ("// Of the newest frame.", "/// That the server sent.", "/// What it costs\n/// in the end.", "/// Whether it is done.",
@@ -70,11 +70,11 @@ class CheckStyle(unittest.TestCase):
     def test_phrases_at_which_a_reader_stumbles(self):
         for text in ("It takes the patch in the place of the force.", "A truer patch", "the force goes on", "As far as they are known."):
             self.assert_breach("docs/a.md", 4, text, "phrases")
-            self.assert_breach("server/body/a.cpp", 2, f"int x;  // {text}", "phrases")
-        self.assert_breach("server/body/a.hpp", 2, "/// A patch that takes over in the\n/// place of another one.", "phrases")
+            self.assert_breach("server/dynamics/a.cpp", 2, f"int x;  // {text}", "phrases")
+        self.assert_breach("server/dynamics/a.hpp", 2, "/// A patch that takes over in the\n/// place of another one.", "phrases")
         self.assert_clean("docs/notebook.md", "what is dearer goes on\n")
-        self.assert_clean("server/body/a.cpp", 'const char* goes_on = "it goes on";  // what goes on top\nint truer = 1;\n')
-        self.assert_clean("server/body/a.py", "# in the place of\n")
+        self.assert_clean("server/dynamics/a.cpp", 'const char* goes_on = "it goes on";  // what goes on top\nint truer = 1;\n')
+        self.assert_clean("server/dynamics/a.py", "# in the place of\n")
 
     def test_two_types_of_one_name(self):
         types = "namespace palpate {\n\nstruct A {\n  int x;\n};\n\nnamespace {\n\nclass B : public A {\n};\n\n}  // namespace\n\n}  // namespace palpate\n"
@@ -83,15 +83,15 @@ class CheckStyle(unittest.TestCase):
                          ["server/core/b.cpp:2: names: client/core/a.hpp:3 has a type A too"])
         self.assertEqual(self.found({"client/core/a.cpp": types, "tests/core/b.cpp": other}),
                          ["tests/core/b.cpp:2: names: client/core/a.cpp:3 has a type A too"])
-        self.assertEqual(self.found({"tests/core/a.cpp": other, "tests/body/b.cpp": other}), [])
+        self.assertEqual(self.found({"tests/core/a.cpp": other, "tests/server/dynamics/b.cpp": other}), [])
         self.assertEqual(len(self.found({"tests/core/a.cpp": other, "tests/core/b.cpp": other})), 1)
         for innocent in ("namespace palpate::pack {\nstruct A {\n};\n}  // namespace palpate::pack\n",
                          "namespace palpate {\nstruct A;\nstruct A::D {\n};\nstruct B {\n  struct A {\n  };\n};\n}  // namespace palpate\n"):
             self.assertEqual(self.found({"client/core/a.hpp": types, "server/core/b.cpp": innocent}), [])
 
     def test_names_of_tests(self):
-        self.assert_breach("tests/io/a.cpp", 2, 'TEST_CASE("it stalls; lines are left out") {', "tests")
-        self.assert_clean("tests/io/a.cpp", 'TEST_CASE("it stalls") {\n  CHECK(text == "a;b");\n}\n')
+        self.assert_breach("tests/common/io/a.cpp", 2, 'TEST_CASE("it stalls; lines are left out") {', "tests")
+        self.assert_clean("tests/common/io/a.cpp", 'TEST_CASE("it stalls") {\n  CHECK(text == "a;b");\n}\n')
 
     def test_clocks_in_a_core(self):
         self.assert_breach("client/core/a.cpp", 4, "auto t = std::chrono::steady_clock::now();", "core")
@@ -102,7 +102,7 @@ class CheckStyle(unittest.TestCase):
     def test_algorithms_whose_buffers_are_not_aligned(self):
         for code in ("std::stable_sort(a.begin(), a.end());", "std::ranges::stable_partition(a, f);", "std::inplace_merge(a, b, c);"):
             self.assert_breach("client/view/a.cpp", 3, code, "alignment")
-            self.assert_breach("tests/view/a.cpp", 3, code, "alignment")
+            self.assert_breach("tests/client/view/a.cpp", 3, code, "alignment")
             self.assert_clean("common/base/sort_stably.hpp", code + "\n")
         self.assert_clean("client/view/a.cpp", "std::sort(a.begin(), a.end());  // std::stable_sort\n")
 
@@ -111,17 +111,17 @@ class CheckStyle(unittest.TestCase):
         for code in ("auto* p = new Vec3;", "void* p = malloc(8);", "std::function<void()> f;", "std::lock_guard lock(m);", "throw 1;",
                      'std::cerr << "x";', 'std::string s = "x";', "auto s = std::to_string(1);", "auto p = std::make_unique<int>(1);"):
             self.assert_breach(path, 7, code, "real time")
-            self.assert_clean("server/body/a.cpp", code + "\n")
+            self.assert_clean("server/dynamics/a.cpp", code + "\n")
         self.assert_clean(path, "// a new patch may throw the hand off\nstd::string_view s; int renewed = 0; /* throw */\n")
 
     def test_a_test_that_nothing_compiles(self):
-        files = {"tests/port/a.cpp": "", "tests/port/b.cpp": ""}
-        found = self.found(files, compiled=["tests/port/a.cpp"])
-        self.assertEqual([f for f in found if f.startswith("tests/")], ["tests/port/b.cpp:1: tests: no target compiles this file"])
+        files = {"tests/common/patch/a.cpp": "", "tests/common/patch/b.cpp": ""}
+        found = self.found(files, compiled=["tests/common/patch/a.cpp"])
+        self.assertEqual([f for f in found if f.startswith("tests/")], ["tests/common/patch/b.cpp:1: tests: no target compiles this file"])
 
     def test_work_left_over(self):
         self.assert_breach("docs/a.md", 2, "TO" + "DO: write this", "words")
-        self.assert_breach("server/body/a.cpp", 9, "int x;  // FIX" + "ME", "words")
+        self.assert_breach("server/dynamics/a.cpp", 9, "int x;  // FIX" + "ME", "words")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 // Explicit integrators of one stage and of several, for tests of both.
 #pragma once
 
-#include "server/body/explicit_integrator.hpp"
+#include "server/dynamics/explicit_integrator.hpp"
 
 namespace palpate::test {
 

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "server/body/settle.hpp"
+#include "server/dynamics/settle.hpp"
 
 namespace palpate::test {
 

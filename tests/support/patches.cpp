@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/port/terms_pieces.hpp"
+#include "common/patch/terms_pieces.hpp"
 
 namespace palpate::test {
 

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "common/port/nonlinear_terms.hpp"
-#include "common/port/patch.hpp"
+#include "common/patch/nonlinear_terms.hpp"
+#include "common/patch/patch.hpp"
 
 namespace palpate::test {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/body/integrator.hpp"
+#include "server/dynamics/integrator.hpp"
 #include "tests/support/bodies.hpp"
 
 namespace palpate::test {

@@ -1,0 +1,70 @@
+// Interface of the integrators, which advance a body with tools on it in time.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "common/base/thread_pool.hpp"
+#include "common/patch/contact_law.hpp"
+#include "common/patch/onset.hpp"
+#include "server/dynamics/dynamics.hpp"
+
+namespace palpate {
+
+struct ToolPort {
+  ContactKind kind = ContactKind::touch;
+  std::uint32_t node = 0;        ///< attach
+  ContactParameters parameters;  ///< touch
+  bool touching = false;         ///< touch
+  SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
+  Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
+  Clearance clearance;           ///< touch: while it does not
+};
+
+struct ToolAt {
+  Vec3 position = Vec3::Zero();  ///< [m]
+  Vec3 velocity = Vec3::Zero();  ///< [m/s]
+};
+/// Position and velocity of tool `port` at body time `time_s`.
+using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
+
+struct AdvanceReport {
+  int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
+  double needed_share = 1;  ///< of the springs, on average: the others rested
+  bool converged = true;    ///< false: contacts that contradict each other, or not even a damped step stayed in the world,
+                            ///< or it was given up, as tools cost too much; the state is the last good one, at its time
+
+  AdvanceReport& operator+=(const AdvanceReport& next);
+};
+
+/// A contact that no hand could hold has gone wrong: more than kMostN, or more than kFarN with `gap_m`, from the tool to its
+/// point, beyond kFarSpacings times `spacing_m`, the mean length of an element.
+inline bool is_lost(const ToolPort& port, double gap_m, double spacing_m) {
+  constexpr double kFarSpacings = 3, kFarN = 20, kMostN = 200;
+  const double force_n = port.lambda.norm();
+  return force_n > kMostN || (force_n > kFarN && gap_m > kFarSpacings * spacing_m);
+}
+
+/// Sets lambda of every port that holds a node: what its tool has to push with.
+void find_holding_forces(const Dynamics& dynamics, const BodyState& state, std::vector<ToolPort>& ports);
+/// 1 for every node that is fixed or held by an attached port.
+std::vector<std::uint8_t> held_nodes(const LumpedBody& body, const std::vector<ToolPort>& ports);
+
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
+  virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
+                                const ToolMotion& tools) = 0;
+  /// True if advance() leaves nothing behind that the next one could tell, first guesses of solves aside: rollouts may then
+  /// use it.
+  virtual bool is_stateless() const { return false; }
+  /// Forces that may be left out of balance, in total [N], in regions where nothing happens and which need not be computed then;
+  /// 0, as at first: none. Explicit integrators of large bodies do so.
+  virtual void set_quiescence_tolerance(double most_n) { (void)most_n; }
+  /// Lets it share its work with a thread pool, which must outlive it. Not all do, and none for small bodies; what they compute
+  /// is the same.
+  virtual void use_threads(ThreadPool& pool) { (void)pool; }
+};
+
+}  // namespace palpate

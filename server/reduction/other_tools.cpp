@@ -1,0 +1,55 @@
+#include "server/reduction/other_tools.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+/// Returns B_a^T X_b relative to the geometric mean of the two compliances: 0 if neither tool moves the body under the other, 1
+/// if they are at one place.
+double coupling(const Port& a, const Port& b) {
+  Mat3 across;
+  for (int axis = 0; axis < 3; ++axis) across.col(axis) = gather(a.b, b.response[static_cast<std::size_t>(axis)]);
+  return across.norm() / std::max(std::sqrt(a.compliance.norm() * b.compliance.norm()), 1e-300);
+}
+
+/// Returns -sum K_o v_o of the nodes that other tools hold; empty if none moves.
+Vector load_rate_of_held_nodes(const FrameModel& frame, const Linearisation& at, std::size_t which) {
+  Vector motion;
+  for (std::size_t k = 0; k < frame.ports().size(); ++k) {
+    const ToolPort& port = frame.ports()[k];
+    if (k == which || port.kind != ContactKind::attach || frame.tool(k).velocity.isZero(0)) continue;
+    if (motion.size() == 0) motion = Vector::Zero(at.masses().size());
+    at_node(motion, at.body->coordinate(port.node)) = frame.tool(k).velocity;
+  }
+  if (motion.size() == 0) return motion;
+  Matrix k_motion, d_motion;
+  at.body->multiply(motion, k_motion, d_motion);
+  Vector rate = -k_motion;
+  mask(*at.held, rate);
+  return rate;
+}
+
+}  // namespace
+
+OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t contacts_max) {
+  OtherTools others;
+  others.load_rate = load_rate_of_held_nodes(frame, p.at(), which);
+  std::vector<std::pair<double, std::size_t>> found;
+  for (std::size_t k = 0; k < frame.ports().size(); ++k)
+    if (k != which && frame.will_touch(k, horizon)) found.emplace_back(-coupling(p.port(which), p.port(k)), k);
+  std::sort(found.begin(), found.end());
+  for (const auto& [less, k] : found) {
+    if (others.contacts.size() < contacts_max) {
+      others.contacts.push_back({&p.port(k), k});
+    } else if (frame.ports()[k].touching) {
+      if (others.load.size() == 0) others.load = Vector::Zero(p.at().masses().size());
+      scatter(p.port(k).b, frame.ports()[k].lambda, others.load);
+    }
+  }
+  if (others.load.size() > 0) mask(*p.at().held, others.load);
+  return others;
+}
+
+}  // namespace palpate

@@ -1,0 +1,58 @@
+// Stages of build_patch() (patch_build.hpp), for its source files only: values that one passes to the next.
+#pragma once
+
+#include <optional>
+
+#include "server/reduction/linear_rollouts.hpp"
+#include "server/reduction/other_tools.hpp"
+#include "server/reduction/patch_build.hpp"
+#include "server/reduction/pod_basis.hpp"
+
+namespace palpate {
+
+/// The linearised body under a port, with the other tools on it.
+struct LinearPort {
+  FrameModel& frame;
+  BodyFrame& body;
+  SharedSystem& p;
+  std::size_t which;
+  const PatchRequest& request;
+  Linearisation at;  ///< with the coordinates that P holds
+  OtherTools others;
+  Vector residual = {};  ///< F* of its coordinates, with the loads of other tools; zero for held ones
+
+  const ToolPort& tool_port() const { return frame.ports()[which]; }
+  const ToolAt& tool() const { return frame.tool(which); }
+  const Port& port() const { return p.port(which); }
+  bool hyper() const { return request.scheme == Scheme::hyper; }
+  bool grasp() const { return tool_port().kind == ContactKind::attach; }
+};
+
+/// The modes of a patch.
+struct Reduced {
+  Matrix v;                 ///< V, 3 n x r, so that V^T K V is diagonal
+  Vector stiffness;         ///< of the modes, before PSD projection
+  Matrix coordinates = {};  ///< of the snapshots, V^T M w, for `hyper`
+  SnapshotSet snapshots = {};
+};
+
+/// port_responses.cpp: returns the first Krylov directions, for `hyper` the snapshots of the port, and the slides of a touch.
+KrylovStart krylov_start(const LinearPort& model);
+SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start);
+/// Returns the motion of the tool's node with the tool, 3 n x 3, for a patch with terms; without columns for a touch.
+Matrix prescribed_motion(const LinearPort& model);
+/// Returns true if the directions include P^-1 M v*.
+bool needs_motion(const PatchRequest& request, ContactKind contact);
+
+/// port_patch.cpp: what a port adds to a patch whose modes are set, with its terms.
+void add_grasp(const LinearPort& model, Reduced& reduced, BuiltPatch& made);
+void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made);
+
+/// Adds the terms of a patch, if there are any. `prescribed`: see above; `true_stiffness`: of modes and tool before PSD
+/// projection, in the modes of the patch; `vertices`: of its surface.
+void add_terms(const LinearPort& model, const Matrix& prescribed, const Matrix& true_stiffness, int vertices,
+               const Reduced& reduced, BuiltPatch& made);
+
+inline Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
+
+}  // namespace palpate

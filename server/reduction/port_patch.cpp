@@ -1,0 +1,121 @@
+// What a port adds to a patch whose modes are set: a held node its own stiffness and its coupling with the modes, a point of the
+// surface the surface around it and what the modes lack of its compliance.
+#include <algorithm>
+#include <cassert>
+
+#include "common/base/part_above.hpp"
+#include "server/reduction/patch_parts.hpp"
+#include "server/reduction/port_surface.hpp"
+#include "server/reduction/psd_projection.hpp"
+
+namespace palpate {
+namespace {
+
+/// Ratio of the contact's path to the tool's: it rolls further over an edge of the body, and the body comes towards it. Where few
+/// vertices are sent, more of them lie around the tool's path. Measured: docs/notebook.md, 39.
+constexpr double kContactDistanceRatio = 1.5;
+
+/// Largest distance of the tool from its position at the stamp, in node spacings; more: a model is used further from its stamp.
+constexpr double kTrustedSpacings = 6;
+
+/// Returns B^T V.
+PortRows rows_of(const Port& port, const Matrix& v) {
+  PortRows rows(3, v.cols());
+  for (Eigen::Index m = 0; m < v.cols(); ++m) rows.col(m) = gather(port.b, v.col(m));
+  return rows;
+}
+
+/// Returns the part of a port's compliance that the modes of the patch lack, C(s) - R (s^2 + s D + K)^-1 R^T at the shift s, with
+/// R = `rows`: what is too fast for a mode yields at once. Returns zero if the modes have a direction for each axis of the port.
+Mat3 residual_compliance(const Port& port, double shift, const PortRows& rows, const Patch& patch) {
+  assert(rows.cols() == patch.modes() && shift >= 0);
+  Matrix dynamic = shift * patch.damping;
+  dynamic.diagonal() += patch.stiffness + Vector::Constant(rows.cols(), shift * shift);
+  const Mat3 by_modes = rows * dynamic.ldlt().solve(Matrix(rows.transpose()));
+  return part_above(symmetric(symmetric(port.compliance) - by_modes), 0);
+}
+
+/// Adds the tools that are contacts of the patch, on its modes `v`.
+void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
+  FrameModel& frame = model.frame;
+  for (const OtherTools::Contact& contact : model.others.contacts) {
+    const ToolPort& port = frame.ports()[contact.tool];
+    const HandMotion path = frame.path(contact.tool, model.request.horizon);
+    OtherTool& tool = patch.others.of[static_cast<std::size_t>(patch.others.count++)];
+    tool.touching = port.touching;
+    tool.velocity = path.velocity;
+    tool.acceleration = path.acceleration;
+    tool.normal = frame.normal(contact.tool);
+    tool.rows = rows_of(*contact.port, v);
+    tool.c_static = residual_compliance(*contact.port, model.p.shift(), tool.rows, patch);
+    const Vec3 push = port.touching ? port.lambda : Vec3::Zero();
+    tool.gap = frame.tool(contact.tool).position - position_at(frame.skin().view(), frame.positions(), port.point) +
+               tool.c_static * push;
+  }
+}
+
+}  // namespace
+
+void add_grasp(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
+  const Port& port = model.port();
+  Patch& patch = made.patch;
+  const double mass_kg = at_node(model.at.masses(), model.body.coordinate(model.tool_port().node))[0];
+  patch.k_port = symmetric(port.k_port);
+  patch.d_port = symmetric(port.d_port);
+  if (model.request.scheme == Scheme::tangent) {
+    patch.k_port -= symmetric(port.compliance);
+    patch.d_port.setZero();
+    made.psd_change_1_s2 = project_grasp(patch, mass_kg);
+    return;
+  }
+  Matrix& v = reduced.v;
+  patch.b_k.resize(v.cols(), 3);
+  patch.b_d.resize(v.cols(), 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    patch.b_k.col(axis) = -v.transpose() * port.k[static_cast<std::size_t>(axis)];
+    patch.b_d.col(axis) = -v.transpose() * port.d[static_cast<std::size_t>(axis)];
+  }
+  Matrix rotation;
+  const Matrix stiffness = joint_stiffness(patch, reduced.stiffness);
+  made.psd_change_1_s2 = std::max(made.psd_change_1_s2, project_grasp(patch, mass_kg, &rotation));
+  if (!model.hyper()) return;
+  v = v * rotation;
+  reduced.coordinates = rotation.transpose() * reduced.coordinates;
+  Matrix turn = Matrix::Identity(v.cols() + 3, v.cols() + 3);
+  turn.bottomRightCorner(v.cols(), v.cols()) = rotation;
+  add_terms(model, prescribed_motion(model), turn.transpose() * stiffness * turn, 0, reduced, made);
+}
+
+void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
+  FrameModel& frame = model.frame;
+  const ToolPort& port = model.tool_port();
+  const PatchRequest& request = model.request;
+  const Matrix& v = reduced.v;
+  Patch& patch = made.patch;
+  patch.contact_stiffness_n_m = port.parameters.contact_stiffness_n_m;
+  patch.friction = port.parameters.friction;
+  patch.trust_radius_m = kTrustedSpacings * frame.spacing_m();
+  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count,
+                                            static_cast<int>(model.others.contacts.size()));
+  if (model.hyper()) {
+    const Matrix stiffness = reduced.stiffness.asDiagonal();
+    add_terms(model, prescribed_motion(model), stiffness, vertices, reduced, made);
+  }
+  if (request.scheme == Scheme::tangent)
+    patch.c_static = symmetric(model.port().compliance);
+  else if (v.cols() < 3)  // none for some axis of the port
+    patch.c_static = residual_compliance(model.port(), model.p.shift(), rows_of(model.port(), v), patch);
+  add_contacts(model, v, patch);
+  frame.enter(BuildPhase::other);
+  const bool with_terms = made.terms.variables > 0;
+  const SurfacePiece first = cut_port_surface(
+      frame.skin(), frame.positions(), [&](std::uint32_t node) { return model.at.body->rows(node, v); }, port.point,
+      (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon) * model.tool().velocity, vertices,
+      with_terms ? kMaxPortVertices : vertices, patch);
+  if (port.touching)  // the instant part has yielded already at the stamp
+    for (int i = 0; i < patch.surface.vertex_count; ++i)
+      patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
+  if (with_terms) split_surface(first, patch.surface, made.terms);
+}
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+// What a patch is made of at its port: the first directions of a basis, and snapshots.
+#include <cassert>
+
+#include "server/reduction/patch_parts.hpp"
+#include "server/reduction/static_indentation.hpp"
+
+namespace palpate {
+
+bool needs_motion(const PatchRequest& request, ContactKind contact) {
+  if (request.scheme == Scheme::tangent) return false;
+  // Three responses of the port, v*, three of M^-1 B (or one, and two of slides), the residual force.
+  constexpr int kModesBeforeMotion = 8;
+  return contact == ContactKind::attach || request.scheme == Scheme::hyper ||
+         modes_for(request.scheme, contact, request.order) > kModesBeforeMotion;
+}
+
+Matrix prescribed_motion(const LinearPort& model) {
+  Matrix motion = Matrix::Zero(model.at.masses().size(), model.grasp() ? 3 : 0);
+  if (!model.grasp()) return motion;
+  const auto row = 3 * static_cast<Eigen::Index>(model.body.coordinate(model.tool_port().node));
+  for (Eigen::Index axis = 0; axis < (model.frame.dynamics().body().planar ? 2 : 3); ++axis) motion(row + axis, axis) = 1;
+  return motion;
+}
+
+KrylovStart krylov_start(const LinearPort& model) {
+  const Port& port = model.port();
+  KrylovStart start{{port.response.begin(), port.response.end()}, {}, model.p.residual(), {}};
+  if (needs_motion(model.request, model.tool_port().kind)) start.motion = model.p.motion();
+  if (model.grasp()) return start;
+  if (model.hyper() || !port.slides.empty()) {
+    const Vec3 inwards = -model.frame.normal(model.which);
+    Vector push = Vector::Zero(model.at.masses().size());
+    for (std::size_t axis = 0; axis < 3; ++axis) push += inwards[static_cast<Eigen::Index>(axis)] * port.input[axis];
+    start.fine = {push.cwiseQuotient(model.at.masses())};
+  } else {
+    for (const Vector& b : port.input) start.fine.push_back(b.cwiseQuotient(model.at.masses()));
+  }
+  if (!model.hyper()) start.ports.insert(start.ports.end(), port.slides.begin(), port.slides.end());
+  return start;
+}
+
+/// Port responses, scaled to the tool's likely motion along each axis; for a touch indentations and slides.
+SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
+  const double horizon_s = seconds(model.request.horizon);
+  const Port& port = model.port();
+  const Vec3 far = expected_motion(model.tool(), horizon_s);
+  const Matrix prescribed = prescribed_motion(model);
+  SnapshotSet snapshots;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Vector& x = start.ports[static_cast<std::size_t>(axis)];
+    if (model.grasp()) {
+      snapshots.add(SnapshotKind::port_response, x + prescribed.col(axis), far[axis]);
+    } else {
+      const double moved = gather(port.b, x)[axis];
+      snapshots.add(SnapshotKind::port_response, x, moved > 0 ? far[axis] / moved : 1);  // 1 if the body is fixed
+    }
+  }
+  if (model.grasp()) return snapshots;
+  const IndentationRequest request{model.frame.skin().weights(model.tool_port().point), start.ports,
+                                   expected_indentations(model.tool(), -model.frame.normal(model.which), horizon_s),
+                                   model.p.shift(), model.p.diagonal()};
+  for (Vector& x : model.frame.indentations(model.which).shapes(model.at, request))
+    snapshots.add(SnapshotKind::indentation, std::move(x));
+  for (const Vector& x : port.slides) snapshots.add(SnapshotKind::slide, x);
+  return snapshots;
+}
+
+}  // namespace palpate
