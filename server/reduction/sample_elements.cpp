@@ -32,7 +32,7 @@ using AtSamples = Eigen::Matrix<float, kRows, kSamples, Eigen::RowMajor>;
   inverse = 1.0F / length;
 }
 
-/// Springs of a body. `Kind` of Candidates.
+/// Springs of a body. `Kind` of ElementCandidates.
 class SpringCandidates {
  public:
   static constexpr int kDimension = 1, kChosenMax = kMaxSprings;
@@ -114,7 +114,7 @@ class SpringCandidates {
   std::vector<std::uint32_t> elements_;
 };
 
-/// Finite elements of a body. `Kind` of Candidates.
+/// Finite elements of a body. `Kind` of ElementCandidates.
 class SolidCandidates {
  public:
   static constexpr int kDimension = 3, kChosenMax = kMaxFiniteElements;
@@ -188,11 +188,11 @@ class SolidCandidates {
 
 /// Elements of a body at the samples. `Kind` has their places, motion and law.
 template <typename Kind>
-class Candidates {
+class ElementCandidates {
  public:
   static constexpr int kDimension = Kind::kDimension, kNodes = kDimension + 1, kRows = 3 * kDimension;
 
-  Candidates(const Kind& kind, const Matrix& u) : kind_(kind), samples_(u.cast<float>()) { assert(u.cols() == kSamples); }
+  ElementCandidates(const Kind& kind, const Matrix& u) : kind_(kind), samples_(u.cast<float>()) { assert(u.cols() == kSamples); }
 
   /// Returns the nonlinear forces of all elements on the variables, n x samples; `parts`: |Q| |H| of each.
   Eigen::MatrixXf all_together(Eigen::VectorXf& parts) const {
@@ -342,7 +342,7 @@ std::optional<SampledElements> sample(const WholeBody& body, const Matrix& moved
   assert(moved.rows() == body.state().x.size() && moved.cols() == u.rows());
   const Kind kind(body, moved, u, sampling.tool);
   if (!kind.is_valid()) return std::nullopt;
-  return Candidates<Kind>(kind, u).fit(u, sampling);
+  return ElementCandidates<Kind>(kind, u).fit(u, sampling);
 }
 
 }  // namespace
