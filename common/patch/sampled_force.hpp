@@ -1,6 +1,6 @@
 // The sampled elements of a patch, compiled for the haptic thread: what springs and finite elements have in common.
 //
-// Elements are in groups of kElementLanes, side by side in the lanes of a vector. A group of a kind of element computes, from H_e
+// Elements are in groups of kSampledLanes, side by side in the lanes of a vector. A group of a kind of element computes, from H_e
 // u of its elements (sampled_elements.hpp), what `Group` declares:
 //
 //     static constexpr int kRows, kGroupsMax;      // numbers of H_e u of an element; a bound of the groups
@@ -20,8 +20,8 @@
 
 namespace palpate {
 
-inline constexpr int kElementLanes = 8;  ///< floats of a vector register of 256 bits
-using ElementLane = Lanes<float, kElementLanes>;
+inline constexpr int kSampledLanes = 8;  ///< floats of a vector register of 256 bits
+using ElementLane = Lanes<float, kSampledLanes>;
 
 /// Variables in single precision, or forces on them.
 using SampledValues = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, (kMaxVariables + 7) / 8 * 8>;
@@ -85,11 +85,11 @@ class SampledForce {
   /// Lays out H, kRows rows an element; `lanes`: the lane of each element, counted over the groups.
   void lay_out(const Eigen::MatrixXf& h, const std::vector<int>& lanes, int groups) {
     groups_ = groups;
-    motion_.setZero(kRows * kElementLanes, groups_ * variables_);
+    motion_.setZero(kRows * kSampledLanes, groups_ * variables_);
     for (std::size_t e = 0; e < lanes.size(); ++e)
       for (int v = 0; v < variables_; ++v)
         for (int i = 0; i < kRows; ++i)
-          motion_(kElementLanes * i + lanes[e] % kElementLanes, lanes[e] / kElementLanes * variables_ + v) =
+          motion_(kSampledLanes * i + lanes[e] % kSampledLanes, lanes[e] / kSampledLanes * variables_ + v) =
               h(kRows * static_cast<Eigen::Index>(e) + i, v);
   }
   /// Computes H u of a group.
@@ -101,7 +101,7 @@ class SampledForce {
 #pragma GCC unroll 9
       for (int i = 0; i < kRows; ++i) {
         ElementLane entry;
-        load_lanes(h + kElementLanes * i, entry);
+        load_lanes(h + kSampledLanes * i, entry);
         to[i] += by * entry;
       }
     }
@@ -121,7 +121,7 @@ class SampledForce {
 #pragma GCC unroll 9
         for (int i = 0; i < kRows; ++i) {
           ElementLane entry;
-          load_lanes(h + kElementLanes * i, entry);
+          load_lanes(h + kSampledLanes * i, entry);
           sum += entry * q[i];
         }
         sums[static_cast<std::size_t>(v)] += sum;
@@ -142,7 +142,7 @@ class SampledForce {
  private:
   Values u_;
   std::array<Group, Group::kGroupsMax> group_;
-  Eigen::Matrix<float, kRows * kElementLanes, Eigen::Dynamic, Eigen::ColMajor, kRows * kElementLanes,
+  Eigen::Matrix<float, kRows * kSampledLanes, Eigen::Dynamic, Eigen::ColMajor, kRows * kSampledLanes,
                 Group::kGroupsMax * kMaxVariables>
       motion_;
 };

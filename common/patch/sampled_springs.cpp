@@ -89,12 +89,12 @@ SampledSpringForce::SampledSpringForce(const SampledElements& springs, int tool,
   // Springs side by side, padded with ones without stiffness to whole groups.
   std::vector<int> lanes(static_cast<std::size_t>(m));
   std::iota(lanes.begin(), lanes.end(), 0);
-  lay_out(g.cast<float>(), lanes, (m + kElementLanes - 1) / kElementLanes);
+  lay_out(g.cast<float>(), lanes, (m + kSampledLanes - 1) / kSampledLanes);
   damped_ = springs.damping.maxCoeff() > 0;
   damping_at_stamp_.setZero(variables_, variables_);
   for (int e = 0; e < m; ++e) {
-    SampledSpringGroup& at = group(e / kElementLanes);
-    const int l = e % kElementLanes;
+    SampledSpringGroup& at = group(e / kSampledLanes);
+    const int l = e % kSampledLanes;
     for (int axis = 0; axis < 3; ++axis) at.axis[axis][l] = static_cast<float>(axes(axis, e));
     at.length[l] = static_cast<float>(length[e]);
     at.turning[l] = static_cast<float>(slope[e] - across[e]);
@@ -145,10 +145,10 @@ void SampledSpringGroup::force(ElementLane (&q)[3]) const noexcept {
 }
 
 double SampledSpringGroup::energy() const noexcept {
-  using Doubles = Eigen::Array<double, kElementLanes, 1>;
+  using Doubles = Eigen::Array<double, kSampledLanes, 1>;
   const auto doubles = [](const ElementLane& of) {
     Doubles d;
-    for (int l = 0; l < kElementLanes; ++l) d[l] = static_cast<double>(of[l]);
+    for (int l = 0; l < kSampledLanes; ++l) d[l] = static_cast<double>(of[l]);
     return d;
   };
   ElementLane square;

@@ -42,7 +42,7 @@ namespace palpate {
 
 /// Springs side by side, at one u.
 struct SampledSpringGroup {
-  static constexpr int kRows = 3, kGroupsMax = (kMaxSprings + kElementLanes - 1) / kElementLanes;
+  static constexpr int kRows = 3, kGroupsMax = (kMaxSprings + kSampledLanes - 1) / kSampledLanes;
 
   ElementLane axis[3], length, turning, damper;  ///< n, l, kappa_e, w c
   bool stiffens = false;

@@ -23,11 +23,11 @@ int lanes_of(const SampledElements& solid, std::vector<int>& lanes) {
   lanes.resize(static_cast<std::size_t>(solid.count()));
   int next = 0;
   for (const bool triangles : {false, true}) {
-    next = (next + kElementLanes - 1) / kElementLanes * kElementLanes;
+    next = (next + kSampledLanes - 1) / kSampledLanes * kSampledLanes;
     for (int e = 0; e < solid.count(); ++e)
       if (solid.is_triangle(e) == triangles) lanes[static_cast<std::size_t>(e)] = next++;
   }
-  return (next + kElementLanes - 1) / kElementLanes;
+  return (next + kSampledLanes - 1) / kSampledLanes;
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ SampledSolidForce::SampledSolidForce(const SampledElements& solid, int tool, dou
   std::vector<Eigen::Matrix3d> deformations;
   for (int e = 0; e < m; ++e) {
     float volume = 0;
-    const int k = lanes[static_cast<std::size_t>(e)] / kElementLanes, lane = lanes[static_cast<std::size_t>(e)] % kElementLanes;
+    const int k = lanes[static_cast<std::size_t>(e)] / kSampledLanes, lane = lanes[static_cast<std::size_t>(e)] % kSampledLanes;
     SampledSolidGroup& at = group(k);
     if (lane == 0) at = SampledSolidGroup(solid.is_triangle(e) ? LawParameters{SolidLaw::membrane, 0, {}, {}} : solid.law);
     const Eigen::Matrix3d f = solid.edges(solid.position, e).cast<double>() * solid.gradients(e, volume).cast<double>();
@@ -108,7 +108,7 @@ SampledSolidForce::SampledSolidForce(const SampledElements& solid, int tool, dou
   for (int k = 0; k < groups; ++k) group(k).stamp.linearise();
   Eigen::MatrixXd steepest = Eigen::MatrixXd::Zero(modes, modes);
   for (int e = 0; e < m; ++e) {
-    const int k = lanes[static_cast<std::size_t>(e)] / kElementLanes, lane = lanes[static_cast<std::size_t>(e)] % kElementLanes;
+    const int k = lanes[static_cast<std::size_t>(e)] / kSampledLanes, lane = lanes[static_cast<std::size_t>(e)] % kSampledLanes;
     const Eigen::MatrixXd of_modes = h.block(9 * e, tool, 9, modes).cast<double>();
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> g = cofactors(deformations[static_cast<std::size_t>(e)]);
     const Eigen::RowVectorXd swelling = g.reshaped<Eigen::RowMajor>().transpose() * of_modes;
@@ -128,7 +128,7 @@ SampledSolidForce::SampledSolidForce(const SampledElements& solid, int tool, dou
 
 void SampledSolidForce::add_dampers(int k, Square& dampers) const noexcept {
   // Rows whose squares sum to the power: the parts of the strain rate times the roots of their viscosities.
-  constexpr int kRateRows = 7 * kElementLanes;  // six strain rates and their trace, in every lane
+  constexpr int kRateRows = 7 * kSampledLanes;  // six strain rates and their trace, in every lane
   Eigen::Matrix<float, kRateRows, Eigen::Dynamic, Eigen::ColMajor, kRateRows, kMaxVariables> rows(kRateRows, variables_);
   const SampledSolidGroup& at = group(k);
   const LaneMatrix<ElementLane> f = at.deformation();
@@ -138,7 +138,7 @@ void SampledSolidForce::add_dampers(int k, Square& dampers) const noexcept {
   lane_roots(at.viscous_lambda, volume);
   for (int i = 0; i < variables_; ++i) {
     LaneMatrix<ElementLane> h, b;
-    for (int n = 0; n < 9; ++n) load_lanes(motion(k, i) + kElementLanes * n, h.of[n / 3][n % 3]);
+    for (int n = 0; n < 9; ++n) load_lanes(motion(k, i) + kSampledLanes * n, h.of[n / 3][n % 3]);
     transposed_product(f, h, b);
     const ElementLane rates[7] = {twice * b.of[0][0],
                                   twice * b.of[1][1],
@@ -147,7 +147,7 @@ void SampledSolidForce::add_dampers(int k, Square& dampers) const noexcept {
                                   shear * (b.of[0][2] + b.of[2][0]),
                                   shear * (b.of[1][2] + b.of[2][1]),
                                   volume * (b.of[0][0] + b.of[1][1] + b.of[2][2])};
-    for (int n = 0; n < 7; ++n) store_lanes(rates[n], rows.col(i).data() + kElementLanes * n);
+    for (int n = 0; n < 7; ++n) store_lanes(rates[n], rows.col(i).data() + kSampledLanes * n);
   }
   for (int i = 0; i < variables_; ++i)
     for (int j = 0; j <= i; ++j) {

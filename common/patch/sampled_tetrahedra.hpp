@@ -32,7 +32,7 @@ namespace palpate {
 /// Finite elements of one law side by side, at one u.
 struct SampledSolidGroup {
   static constexpr int kRows = 9;
-  static constexpr int kGroupsMax = (kMaxFiniteElements + kElementLanes - 1) / kElementLanes + 1;  // triangles have their own
+  static constexpr int kGroupsMax = (kMaxFiniteElements + kSampledLanes - 1) / kSampledLanes + 1;  // triangles have their own
   /// Parameters of phi(|dF|): identity up to the first; the second is the largest excess. 1 and 2 cost up to 6 dB where elements
   /// rotate far (docs/notebook.md, 29).
   static constexpr float kFreeGradient = 2, kFurtherGradient = 3;

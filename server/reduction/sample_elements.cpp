@@ -6,7 +6,7 @@
 
 #include "common/mechanics/residual.hpp"
 #include "common/patch/sampled_springs.hpp"
-#include "server/dynamics/fused.hpp"
+#include "server/solve/fused.hpp"
 #include "server/reduction/gradient_points.hpp"
 #include "server/reduction/nonlinear_elements.hpp"
 
