@@ -52,7 +52,7 @@ void append_elements(const NonlinearTerms& terms, PatchTerms& head, std::vector<
     unit = std::max(unit, e.rest_length.maxCoeff() / kRestLengthMax);
   unit = power_of_two_above(unit);
   append_places(place, unit, out);
-  append_places(rest, unit, out);
+  if (e.is_solid()) append_places(rest, unit, out);
   for (const float length : e.rest_length)
     out.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(length / unit, 0.0F, kRestLengthMax))));
   std::vector<std::uint8_t> nodes;

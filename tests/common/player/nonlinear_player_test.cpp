@@ -41,7 +41,8 @@ GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
   constexpr int kFine = 200;
   const auto r = patch.modes();
   NonlinearForce bend(terms, patch);
-  SampledSolidForce solid(terms.elements, 3, kTickS, true);
+  SampledSolidForce solid;
+  if (terms.elements.is_solid()) solid = SampledSolidForce(terms.elements, 3, kTickS, true);
   PatchPlayer player(patch, terms), linear(patch);
   const auto tool = [](double t) { return Vec3(Vec3(0.004, -0.003, -0.006) * std::pow(std::sin(12 * t), 2)); };
   ModeVector q = ModeVector::Zero(r), v = q;
@@ -53,7 +54,7 @@ GraspErrors grasp_errors(const Patch& patch, const NonlinearTerms& terms) {
       u << d, at;
       bend.move_to(u);
       bend.elastic(residual);
-      if (terms.elements.count() == 0) return;
+      if (!terms.elements.is_solid()) return;
       u_rate << rate, speed;
       SampledSolidForce::Values viscous, at_stamp;
       solid.move_to(u.cast<float>());
@@ -89,7 +90,8 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
   const auto r = patch.modes();
   const Eigen::RowVectorXd row = patch.surface.vertices[0].rows.row(2);
   NonlinearForce bend(terms, patch);
-  SampledSolidForce solid(terms.elements, 0, kTickS / kTouchSteps, true);
+  SampledSolidForce solid;
+  if (terms.elements.is_solid()) solid = SampledSolidForce(terms.elements, 0, kTickS / kTouchSteps, true);
   PatchPlayer player(patch, terms), linear(patch);
   const auto way = [](double t) { return -0.015 * std::pow(std::sin(15 * t), 2); };
   const auto push = [&](const ModeVector& q, double z) { return std::max(0.0, patch.contact_stiffness_n_m * (row.dot(q) - z)); };
@@ -101,7 +103,7 @@ TouchErrors touch_errors(const Patch& patch, const NonlinearTerms& terms, int fi
       NonlinearForce::Variables residual(r);
       bend.move_to(at);
       bend.elastic(residual);
-      if (terms.elements.count() > 0) {
+      if (terms.elements.is_solid()) {
         SampledSolidForce::Values viscous, at_stamp;
         solid.move_to(at.cast<float>());
         solid.damping(speed.cast<float>(), viscous, at_stamp);
