@@ -74,6 +74,12 @@ double energy_density(const SolidMaterial& material, const Vec3& l) {
       sum += 2 * law.lame.mu * law.share[p] / (law.alpha[p] * law.alpha[p]) * (l.array().pow(law.alpha[p]).sum() - 3);
     return sum;
   }
+  if (material.law == SolidLaw::gent) {
+    const Lame lame(material);
+    const StretchInvariants at(l);
+    return -lame.mu * material.shape / 2 * std::log(1 - at.first / material.shape) +
+           (lame.lambda + lame.mu) / 2 * (at.j - 1) * (at.j - 1);
+  }
   const Stable law(material);
   const double i = l.squaredNorm(), apart = l.prod() - law.alpha, at_rest = 1 - law.alpha;
   return law.mu / 2 * (i - 3 - std::log((i + 1) / 4)) + law.lambda / 2 * (apart * apart - at_rest * at_rest);
@@ -97,6 +103,12 @@ Vec3 principal_stress(const SolidMaterial& material, const Vec3& l) {
     for (std::size_t p = 0; p < 2; ++p)
       sum += 2 * law.lame.mu * law.share[p] / law.alpha[p] * l.array().pow(law.alpha[p] - 1).matrix();
     return sum;
+  }
+  if (material.law == SolidLaw::gent) {
+    const Lame lame(material);
+    const StretchInvariants at(l);
+    const Vec3 dj = at.j * l.cwiseInverse();
+    return lame.mu / (1 - at.first / material.shape) * (l - dj) + (lame.lambda + lame.mu) * (at.j - 1) * dj;
   }
   const Stable law(material);
   const double j = l.prod();
@@ -123,6 +135,7 @@ std::vector<NamedLaw> laws_at(double poisson) {
     material.damping_s = 0;
     if (material.law == SolidLaw::mooney_rivlin) material.shape = 0.3;
     if (material.law == SolidLaw::veronda_westmann) material.shape = 2;
+    if (material.law == SolidLaw::gent) material.shape = 3;
     if (material.law == SolidLaw::ogden) material.shape = 0.3, material.exponents = {5, -4};
     laws.push_back({kSolidLawNames[k], material});
   }

@@ -11,6 +11,7 @@
 //                  I_2 = sum (J / l_i)^2 - 3 - 4 (J - 1), for b I_1 < 4 (common/mechanics/solid_law.hpp)
 //   ogden          Psi = sum_p 2 mu_L s_p / alpha_p^2 (sum l_i^alpha_p - 3) - mu_s (J - 1) + lambda/2 (J - 1)^2, in the range in
 //                  which common/mechanics/ogden.hpp follows its powers
+//   gent           Psi = -mu_L J_m/2 ln(1 - I_1 / J_m) + (lambda_L + mu_L)/2 (J - 1)^2,  for I_1 < 3/4 J_m
 #pragma once
 
 #include <string>
@@ -35,7 +36,7 @@ Mat3 stress_at(const SolidMaterial& material, const Mat3& f);
 double energy_by_first_invariant(const SolidMaterial& material, double first_invariant);
 
 /// Every law that a scene may name, by its name, with 10 kPa and the given Poisson's ratio; `shape` is 0.3 for mooney_rivlin and
-/// ogden, 2 for veronda_westmann.
+/// ogden, 2 for veronda_westmann, 3 for gent.
 struct NamedLaw {
   std::string name;
   SolidMaterial material;

@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kEvaluationNs = 0.8, kSpringNs = 130, kTetraNs = 210, kHexaNs = 300, kExplicitWorth = 2, kStabilisedWorth = 2,
-                 kLeapfrogMost = 0.05;
+constexpr double kLeapfrogNs = 0.7, kStageNs = 1.0, kSpringNs = 130, kTetraNs = 210, kHexaNs = 300, kExplicitWorth = 2,
+                 kStabilisedWorth = 1.5, kLeapfrogMost = 0.05;
 
 constexpr const char* kExplicitBodies =
     "explicit steps are for linear or stiffening springs, and for hexahedra that do not fade and have no capsule";
@@ -50,8 +50,8 @@ Candidate explicit_candidate(const Scene& scene, const Dynamics& dynamics, const
   auto stepper = std::make_unique<ExplicitIntegrator>(dynamics, skin, of, spectrum);
   const auto [stages, h] = stepper->plan(scene.solver.step_s, scene.tool.contact);
   if (stages == 0) return {};
-  const double evaluation_s =
-      1e-9 * static_cast<double>(stepper->springs()) * kEvaluationNs + stepper->hexahedra().evaluation_s();
+  const double spring_ns = of == ExplicitIntegrator::Stages::one ? kLeapfrogNs : kStageNs;
+  const double evaluation_s = 1e-9 * static_cast<double>(stepper->springs()) * spring_ns + stepper->hexahedra().evaluation_s();
   const bool may_resonate = stepper->may_resonate();
   const std::string steps = fmt::format("{}steps of {:.2g} ms", stages > 1 ? fmt::format("{} stages in ", stages) : "", 1e3 * h);
   Candidate made = candidate(std::move(stepper), stages > 1 ? "stabilised" : "explicit", steps, evaluation_s * stages / h,

@@ -1,7 +1,7 @@
 // Selection of a body's integrator: the cheapest that is stable, by how long its steps may be and what one costs.
 //
-//     explicit    (springs (with gaps) * kEvaluationNs + hexahedra by their law) * stages / its step, which is shorter where it
-//                 has several stages and the scene's tools touch
+//     explicit    (springs (with gaps) * kLeapfrogNs or kStageNs + hexahedra by their law) * stages / its step,
+//                 which is shorter where it has several stages and the scene's tools touch
 //     tr-bdf2     springs * kSpringNs or edges of elements * kTetraNs or kHexaNs / its longest step
 //
 // are the estimated costs of a second of body time. Steps of several stages ("stabilised") have to be kStabilisedWorth times

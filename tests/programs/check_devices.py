@@ -82,7 +82,7 @@ def check_pushes(client, device):
 
 def check_mirrored(client):
     done = client.run("--check-device", "openhaptics", "--duration-s", "1", stdin="yes\n", hand="light", fault="mirrored")
-    assert done.returncode == 1 and "pushed to the right: it went the other way" in done.stdout, done.stdout
+    assert done.returncode == 1 and "pushed to the right: the hand yielded the other way" in done.stdout, done.stdout
     assert "pushed up" not in done.stdout, done.stdout
 
 
