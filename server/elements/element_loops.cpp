@@ -339,9 +339,13 @@ struct ProductLoop {
 
   PALPATE_INLINE static void add_elastic(const Shape& shape, const ElementTangent<Shape>& at, const Gradient& change,
                                          Gradient& p) {
-    for (int i = 0; i < 9; ++i)
-      for (int k = 0; k < 9; ++k)
-        add(at.elastic[tangent_index(std::min(i, k), std::max(i, k))], change.of[k / 3][k % 3], p.of[i / 3][i % 3]);
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; ++i) {
+      L sum = p.of[i / 3][i % 3];
+#pragma GCC unroll 9
+      for (int k = 0; k < 9; ++k) add(at.elastic[tangent_index(std::min(i, k), std::max(i, k))], change.of[k / 3][k % 3], sum);
+      p.of[i / 3][i % 3] = sum;
+    }
     for (int a = 0; a < Shape::kModes; ++a)
       for (int r = 0; r < 3; ++r) p.of[r][3 + a] += shape.k[static_cast<std::size_t>(a)] * change.of[r][3 + a];
   }

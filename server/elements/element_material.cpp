@@ -50,6 +50,16 @@ double elastic_energy_density(const ElementMaterial& m, const Mat3& f) {
   return psi[0];
 }
 
+std::array<double, 4> elastic_energy_densities(const ElementMaterial& m, const std::array<Mat3, 4>& f) {
+  using Four = Lanes<double, 4>;
+  LaneMatrix<Four> h;
+  for (int k = 0; k < 9; ++k)
+    for (std::size_t l = 0; l < 4; ++l) h.of[k / 3][k % 3][l] = f[l](k / 3, k % 3) - (k % 4 == 0 ? 1 : 0);
+  Four psi;
+  m.law->energy({Four{} + m.mu, Four{} + m.lambda}, h, psi);
+  return {psi[0], psi[1], psi[2], psi[3]};
+}
+
 Mat3 elastic_stress(const ElementMaterial& m, const Mat3& f) {
   LaneMatrix<Pair> p{};
   Variants<StressLoop>::at<2>(*m.law, moduli_of(m), pair_of(f, f, 1), p);

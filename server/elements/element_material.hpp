@@ -2,6 +2,8 @@
 // (common/mechanics/viscosity.hpp). Functions of one deformation gradient F; in lanes: law_loops.hpp.
 #pragma once
 
+#include <array>
+
 #include <memory>
 
 #include "common/base/types.hpp"
@@ -25,6 +27,8 @@ struct ElementMaterial {
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 
 double elastic_energy_density(const ElementMaterial& material, const Mat3& f);
+/// Returns the energy densities of four elements, side by side.
+std::array<double, 4> elastic_energy_densities(const ElementMaterial& material, const std::array<Mat3, 4>& f);
 Mat3 elastic_stress(const ElementMaterial& material, const Mat3& f);
 Mat3 viscous_stress(const ElementMaterial& material, const Mat3& f, const Mat3& f_rate);
 /// Returns A = dP/dF; `clamp` projects it onto the positive semi-definite matrices.

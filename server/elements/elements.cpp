@@ -215,10 +215,19 @@ void Elements<Shape>::add_products(const std::vector<ElementTangent<Shape>>& at,
 template <class Shape>
 double Elements<Shape>::energy(const Vector& x) const {
   double energy = 0;
-  for (std::uint32_t k = 0; k < cells_.size(); ++k) {
-    const typename Shape::Gradient at = gradient(k, x);
-    energy += shape(k).volume_m3 * elastic_energy_density(material(k), at.template leftCols<3>());
-    for (int a = 0; a < Shape::kModes; ++a) energy += 0.5 * shape(k).k[static_cast<std::size_t>(a)] * at.col(3 + a).squaredNorm();
+  std::array<Mat3, 4> f;
+  for (std::uint32_t first = 0, count = 0; first < cells_.size(); first += count) {
+    for (count = 0; count < f.size() && first + count < cells_.size(); ++count) {
+      const std::uint32_t k = first + count;
+      if (&material(k) != &material(first)) break;
+      const typename Shape::Gradient at = gradient(k, x);
+      f[count] = at.template leftCols<3>();
+      for (int a = 0; a < Shape::kModes; ++a)
+        energy += 0.5 * shape(k).k[static_cast<std::size_t>(a)] * at.col(3 + a).squaredNorm();
+    }
+    std::fill(f.begin() + count, f.end(), f[0]);
+    const std::array<double, 4> density = elastic_energy_densities(material(first), f);
+    for (std::uint32_t l = 0; l < count; ++l) energy += shape(first + l).volume_m3 * density[l];
   }
   return energy;
 }
