@@ -41,7 +41,7 @@ Vec3 outward_at(const LumpedBody& body, std::uint32_t node) {
 }
 
 struct Return {
-  double pressed_n = 0;   ///< largest force while pressed; from 40 mm on the organ may slip from under the tool while it is held
+  double pressed_n = 0;   ///< where the tool reaches its depth; held at 40 mm the organ may slip from under it
   double left_m = 0;      ///< distance of a node from its rest position a second after the tool left
   double asleep_s = 1e9;  ///< time after the tool left
   double left_asleep_m = 0;
@@ -74,8 +74,7 @@ Return press(const Scene& scene, std::uint32_t node, double depth_m) {
     const FrameResult frame = room.simulate(job);
     CHECK_FALSE(frame.failed);
     if (rest.empty()) rest = frame.positions;
-    if (out_s < -kUpS)
-      if (const auto at = room.origin(1)) result.pressed_n = std::max(result.pressed_n, at->port.lambda.norm());
+    if (job.target == begin + from_seconds(kDownS)) result.pressed_n = room.origin(1)->port.lambda.norm();
     double& left = out_s <= 1 ? result.left_m : result.left_asleep_m;
     left = 0;
     for (std::size_t i = 0; i < rest.size(); ++i) left = std::max(left, (frame.positions[i] - rest[i]).norm());
