@@ -21,10 +21,20 @@ struct Stable {
   double mu = 0, lambda = 0, alpha = 1;
 };
 
-InvariantModuli moduli_of(const SolidMaterial& material) {
-  const Lame lame(material);
-  return invariant_moduli(material.law, material.shape, lame.mu, lame.lambda);
-}
+/// Parameters of the laws of both invariants.
+struct InvariantModuli {
+  explicit InvariantModuli(const SolidMaterial& material) {
+    const Lame lame(material);
+    const bool mooney = material.law == SolidLaw::mooney_rivlin;
+    mu_2 = mooney ? material.shape * lame.mu : -lame.mu;
+    mu_1 = lame.mu - mu_2;
+    lambda = lame.lambda + mu_1;
+    exponent = mooney ? 0 : material.shape;
+  }
+  double mu_1, mu_2, lambda, exponent;
+};
+
+bool is_of_invariants(SolidLaw law) { return law == SolidLaw::mooney_rivlin || law == SolidLaw::veronda_westmann; }
 
 /// s_p and alpha_p of Ogden's law, and mu_s.
 struct OgdenNumbers {
@@ -61,7 +71,7 @@ double energy_density(const SolidMaterial& material, const Vec3& l) {
     return lame.mu * (l.array() - 1).square().sum() + lame.lambda / 2 * trace * trace;
   }
   if (is_of_invariants(material.law)) {
-    const InvariantModuli law = moduli_of(material);
+    const InvariantModuli law(material);
     const StretchInvariants at(l);
     const double grown = law.exponent > 0 ? std::expm1(law.exponent * at.first) / law.exponent : at.first;
     return law.mu_1 / 2 * grown + law.mu_2 / 2 * at.second + law.lambda / 2 * (at.j - 1) * (at.j - 1);
@@ -91,7 +101,7 @@ Vec3 principal_stress(const SolidMaterial& material, const Vec3& l) {
     return (2 * lame.mu * (l.array() - 1) + lame.lambda * (l.sum() - 3)).matrix();
   }
   if (is_of_invariants(material.law)) {
-    const InvariantModuli law = moduli_of(material);
+    const InvariantModuli law(material);
     const StretchInvariants at(l);
     const Vec3 dj = at.j * l.cwiseInverse();
     const Vec3 d_second = 2 * (at.of_cofactors - dj.array().square()).matrix().cwiseQuotient(l) - 4 * dj;

@@ -36,17 +36,6 @@ PALPATE_INLINE const Doubles<N>& doubles(const double* at) {
   return *reinterpret_cast<const Doubles<N>*>(at);
 }
 
-/// Result of a comparison of Doubles: in every lane all bits or none.
-template <std::size_t N>
-using Truths = decltype(Doubles<N>{} < Doubles<N>{});
-
-template <std::size_t N>
-PALPATE_INLINE bool any(const Truths<N>& truths) {
-  bool any = false;
-  for (std::size_t l = 0; l < N; ++l) any |= truths[l] != 0;
-  return any;
-}
-
 template <std::size_t N>
 PALPATE_INLINE void roots(const Doubles<N>& of, Doubles<N>& root) {
   alignas(64) double numbers[N];

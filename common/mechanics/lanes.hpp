@@ -82,12 +82,13 @@ PALPATE_INLINE void lane_roots(const L& of, L& root) {
   for (std::size_t l = 0; l < kLanes<L>; ++l) root[l] = std::sqrt(of[l]);
 }
 
+inline constexpr double kLnTwoHigh = 0x1.62e42feep-1;       ///< ln 2 to 32 bits: exact when multiplied by an integer below 2^21
+inline constexpr double kLnTwoLow = 0x1.a39ef35793c76p-33;  ///< ln 2 minus that
+
 /// Computes y = ln x for x from 1e-300 to 1e300.
 template <typename L>
 PALPATE_INLINE void lane_logs(const L& x, L& y) {
   using Bits = LaneTruths<L>;
-  constexpr double kLnTwoHigh = 0x1.62e42feep-1;       // ln 2 to 32 bits: exact when multiplied by an integer below 2^21
-  constexpr double kLnTwoLow = 0x1.a39ef35793c76p-33;  // ln 2 minus that
   constexpr long long kMantissaBits = 0x000f'ffff'ffff'ffff, kOneBits = 0x3ff0'0000'0000'0000;  // IEEE 754: 52 bits; those of 1.0
   const Bits bits = __builtin_bit_cast(Bits, x), mantissa = (bits & kMantissaBits) | kOneBits;
   L m = __builtin_bit_cast(L, mantissa);
@@ -105,7 +106,6 @@ PALPATE_INLINE void lane_logs(const L& x, L& y) {
 template <typename L>
 PALPATE_INLINE void lane_exps(const L& y, L& x) {
   using Bits = LaneTruths<L>;
-  constexpr double kLnTwoHigh = 0x1.62e42feep-1, kLnTwoLow = 0x1.a39ef35793c76p-33;  // as in lane_logs()
   constexpr double kRounder = 0x1.8p52;  // 3/2 2^52: adding it rounds to an integer in the last bits
   const L rounded = y * 1.4426950408889634 + kRounder, k = rounded - kRounder;
   const L r = (y - k * kLnTwoHigh) - k * kLnTwoLow;

@@ -1,14 +1,6 @@
 // The material of a solid, as named in scene, body, wire and patch: its law with parameters other than the two moduli of small
-// strains, fibres, and the shares of stress that relax; with the parts of the laws that body and player both compute:
-//
-//     the exponential           e(y) = exp y up to Y = kLogGrowthMax, exp(Y) (1 + y - Y) beyond;  e';  h(y), its integral from 0
-//     laws of both invariants   Psi = mu_1 / (2 b) h(b I_1) + mu_2 / 2 I_2 + lambda / 2 (J - 1)^2,  b = 0: mu_1 / 2 I_1 + ...
-//                               mu_1 = mu_L - mu_2,  lambda = lambda_L + mu_1,  mu_2 = s mu_L (mooney_rivlin, b = 0, s a share)
-//                               or -mu_L (veronda_westmann)
-//
-// Other equations, symbols and sources of the laws: server/dynamics/tetra_kernel.hpp; of Ogden's and of fibres: ogden.hpp,
-// fibre_lanes.hpp. Every law has the shear modulus mu_L and Lame's lambda_L [Pa] in small strains, and no stress at rest. The
-// bounds hold for scenes and for datagrams.
+// strains, fibres, and the shares of stress that relax. The equations of each law stand in its own header (laws.hpp lists them).
+// The bounds hold for scenes and for datagrams.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +10,7 @@
 
 namespace palpate {
 
-/// Law of a finite element (server/dynamics/tetra_kernel.hpp). `membrane` is for triangles, the others for elements with a
+/// Law of a finite element (laws.hpp). `membrane` is for triangles, the others for elements with a
 /// volume.
 enum class SolidLaw : std::uint8_t { corotational, neo_hookean, mooney_rivlin, veronda_westmann, ogden, gent, membrane };
 
@@ -78,33 +70,13 @@ inline constexpr double kMaxFadingShare = 0.95;      ///< all branches: fast mot
 inline constexpr double kMinFadingS = 0.01;  ///< at least a body's step, once in which stress relaxes (docs/decisions/0065)
 inline constexpr double kMaxFadingS = 1e5;   ///< a day; slower is practically never
 
-/// mooney_rivlin and veronda_westmann: laws of both invariants, of one form (server/dynamics/tetra_kernel.hpp).
-inline constexpr bool is_of_invariants(SolidLaw law) {
-  return law == SolidLaw::mooney_rivlin || law == SolidLaw::veronda_westmann;
-}
-
-/// Parameters of that form [Pa, or the unit of the moduli].
-struct InvariantModuli {
-  double mu_1, mu_2, lambda, exponent;
-};
-/// `mu_l`, `lambda_l`: Lame's parameters of small strains.
-inline InvariantModuli invariant_moduli(SolidLaw law, double shape, double mu_l, double lambda_l) {
-  const double mu_2 = law == SolidLaw::mooney_rivlin ? shape * mu_l : -mu_l, mu_1 = mu_l - mu_2;
-  return {mu_1, mu_2, lambda_l + mu_1, law == SolidLaw::mooney_rivlin ? 0 : shape};
-}
-
-/// e(y): exp(y), continued along its tangent beyond kLogGrowthMax, so that no element stiffens without bound.
-inline constexpr double kLogGrowthMax = 4;  ///< 55 times as stiff as at rest; more: exact further, larger tangents
-inline double growth(double y) {
-  const double within = std::exp(std::min(y, kLogGrowthMax));
-  return within * (1 + std::max(y - kLogGrowthMax, 0.0));
-}
-/// Derivative of growth().
-inline double growth_slope(double y) { return std::exp(std::min(y, kLogGrowthMax)); }
-/// Integral of growth() from 0.
+/// y from which the exponential of a law, e(y) = exp y, continues along its tangent, so that no element stiffens without bound:
+/// 55 times as stiff as at rest; more: exact further, larger tangents.
+inline constexpr double kLogGrowthMax = 4;
+/// Returns the integral of e from 0.
 inline double growth_integral(double y) {
-  const double within = std::expm1(std::min(y, kLogGrowthMax)), beyond = std::max(y - kLogGrowthMax, 0.0);
-  return within + growth_slope(y) * beyond * (1 + beyond / 2);
+  const double end = std::min(y, kLogGrowthMax), beyond = y - end;
+  return std::expm1(end) + std::exp(end) * beyond * (1 + beyond / 2);
 }
 
 }  // namespace palpate

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "common/mechanics/viscosity.hpp"
 #include "server/elements/law_loops.hpp"
 
 namespace palpate {
@@ -44,12 +43,6 @@ ElementMaterial::ElementMaterial(const SolidMaterial& material)
   mu = lame.mu, lambda = lame.lambda;
 }
 
-double elastic_energy_density(const ElementMaterial& m, const Mat3& f) {
-  Pair psi;
-  m.law->energy(moduli_of(m), pair_of(f, f, 1), psi);
-  return psi[0];
-}
-
 std::array<double, 4> elastic_energy_densities(const ElementMaterial& m, const std::array<Mat3, 4>& f) {
   using Four = Lanes<double, 4>;
   LaneMatrix<Four> h;
@@ -63,14 +56,6 @@ std::array<double, 4> elastic_energy_densities(const ElementMaterial& m, const s
 Mat3 elastic_stress(const ElementMaterial& m, const Mat3& f) {
   LaneMatrix<Pair> p{};
   Variants<StressLoop>::at<2>(*m.law, moduli_of(m), pair_of(f, f, 1), p);
-  return lane_of(p, 0);
-}
-
-Mat3 viscous_stress(const ElementMaterial& m, const Mat3& f, const Mat3& f_rate) {
-  LaneMatrix<Pair> p{};
-  const LaneModuli<Pair> moduli = moduli_of(m);
-  const Pair mu = m.damping_s * moduli.mu, lambda = m.damping_s * moduli.lambda;
-  add_viscous_stress(mu, lambda, pair_of(f, f, 0), pair_of(f_rate, f_rate, 0), p);
   return lane_of(p, 0);
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-
 #include <memory>
 
 #include "common/base/types.hpp"
@@ -26,11 +25,9 @@ struct ElementMaterial {
 /// 9 x 9, in the order of F's entries row by row.
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 
-double elastic_energy_density(const ElementMaterial& material, const Mat3& f);
-/// Returns the energy densities of four elements, side by side.
+/// Returns the energy densities of four elements, side by side [J/m^3].
 std::array<double, 4> elastic_energy_densities(const ElementMaterial& material, const std::array<Mat3, 4>& f);
 Mat3 elastic_stress(const ElementMaterial& material, const Mat3& f);
-Mat3 viscous_stress(const ElementMaterial& material, const Mat3& f, const Mat3& f_rate);
 /// Returns A = dP/dF; `clamp` projects it onto the positive semi-definite matrices.
 Mat9 elastic_tangent(const ElementMaterial& material, const Mat3& f, bool clamp);
 

@@ -6,9 +6,9 @@
 
 #include "common/mechanics/residual.hpp"
 #include "common/patch/sampled_springs.hpp"
-#include "server/solve/fused.hpp"
 #include "server/reduction/gradient_points.hpp"
 #include "server/reduction/nonlinear_elements.hpp"
+#include "server/solve/fused.hpp"
 
 namespace palpate {
 namespace {

@@ -49,7 +49,7 @@ struct Tetrahedron {
   std::size_t corners() const { return is_triangle() ? 3 : 4; }
 };
 
-/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/dynamics/hexa_kernel.hpp). Bit a of a
+/// A hexahedron of eight nodes with one mean gradient and hourglass stiffness (server/elements/element_shape.hpp). Bit a of a
 /// node's index in `nodes` says on which side of the element it lies along axis a; the volume is positive.
 struct Hexahedron {
   std::array<std::uint32_t, 8> nodes{};

@@ -77,7 +77,8 @@ struct OneElement {
   OneElement(const SolidMaterial& solid, const Positions& rest) : material(solid), shape(rest, solid.young_pa) {}
   double energy(const Positions& x) const { return energy_of(shape.gradient(x)); }
   double energy_of(const typename Shape::Gradient& at) const {
-    double sum = shape.volume_m3 * elastic_energy_density(material, at.template leftCols<3>());
+    const Mat3 f = at.template leftCols<3>();
+    double sum = shape.volume_m3 * elastic_energy_densities(material, {f, f, f, f})[0];
     for (int a = 0; a < Shape::kModes; ++a) sum += 0.5 * shape.k[static_cast<std::size_t>(a)] * at.col(3 + a).squaredNorm();
     return sum;
   }
