@@ -15,8 +15,11 @@ PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-relay",
 KEY_COMMANDS = ("new", "trust", "admit", "show", "issue")
 HEAD = """# Command line
 
-Made from what the programs say with `--help` by `./dev docs`; a test compares. Every program has `--version` too, exits with 0 when it did what it was asked, with 2 on bad
-usage or input (one line on stderr: what, where, what was expected) and with 1 when it failed later; SIGINT and SIGTERM end it cleanly.
+`./dev docs` makes this page from the `--help` of the programs; a test compares the two.
+Every program has `--version` too.
+It exits with 0 when it did what it was asked, with 2 on bad usage or input (one line on stderr: what, where, what was expected),
+and with 1 when it failed later.
+SIGINT and SIGTERM end it cleanly.
 """
 
 
