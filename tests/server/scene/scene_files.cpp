@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
+#include "server/scene/tetra_mesh.hpp"
 
 namespace palpate::test {
 
@@ -136,5 +137,11 @@ const char* const kSoftCube = R"({
   "tool": { "contact": "attach", "node": [2, 2, 5] }
 }
 )";
+
+double volume(const LumpedBody& body) {
+  double sum = 0;
+  for (const Tetrahedron& t : body.tetrahedra) sum += volume_of(t, body.nodes);
+  return sum;
+}
 
 }  // namespace palpate::test

@@ -37,6 +37,9 @@ std::string as_obj(const TriangleMesh& mesh, double scale = 1);
 std::string as_ascii_stl(const TriangleMesh& mesh);
 std::string as_binary_stl(const TriangleMesh& mesh);
 
+/// Volume of the tetrahedra of a body [m^3].
+double volume(const LumpedBody& body);
+
 /// The first example of the documentation: six nodes a side, a soft core.
 extern const char* const kSoftCube;
 
