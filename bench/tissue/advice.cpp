@@ -10,6 +10,7 @@
 
 #include "bench/measure/pushed_cube.hpp"
 #include "bench/tissue/advised_body.hpp"
+#include "bench/tissue/touch_compliance.hpp"
 #include "common/base/error.hpp"
 #include "server/dynamics/surface_stiffness.hpp"
 #include "server/dynamics/touch_places.hpp"
@@ -48,47 +49,65 @@ class Adviser {
   }
 
  private:
-  Scene scene_of(double spacing_m, double step_s) const {
+  Scene scene_of(double spacing_m) const {
     const auto folder = std::filesystem::absolute(request_.surface).parent_path();
-    return read_scene(advised_scene(request_, advice_.body, request_.surface.filename().string(), spacing_m, step_s),
+    return read_scene(advised_scene(request_, advice_.body, request_.surface.filename().string(), spacing_m, advice_.step_s),
                       (folder / "advised.json").string(), {folder});
   }
 
   void add_meshes() {
     std::string refused;
+    const auto refuse = [&](double spacing_m, const std::string& reason) {
+      refused = reason;
+      says_(fmt::format("{:.3g} mm: {}", 1e3 * spacing_m, reason));
+    };
     for (const double nodes : kNodes) {
       const double spacing_m = spacing_for(advice_.body, nodes);
-      if (!advice_.tried.empty() && spacing_m > 0.95 * advice_.tried.back().spacing_m)
-        continue;  // both as coarse as the shape allows
+      if (!scenes_.empty() && spacing_m > 0.95 * advice_.tried.back().spacing_m) continue;  // both as coarse as the shape allows
       try {
-        add_mesh(spacing_m);
+        add_scene(spacing_m);
       } catch (const InputError& error) {
-        refused = error.what();
-        says_(fmt::format("{:.3g} mm: {}", 1e3 * spacing_m, refused));
+        refuse(spacing_m, error.what());
       }
     }
-    if (advice_.tried.empty())
+    take_compliances(refuse);
+    if (scenes_.empty())
       throw InputError("--surface " + request_.surface.string(), "makes no body: " + refused, "another surface or --held");
   }
 
-  void add_mesh(double spacing_m) {
-    const Scene scene = scene_of(spacing_m, advice_.step_s);
-    if (places_.empty()) places_ = touch_places(scene.body, home_of(scene), kPlaces);
+  void add_scene(double spacing_m) {
+    Scene scene = scene_of(spacing_m);
     AdvisedMesh mesh;
     mesh.spacing_m = spacing_m;
     mesh.nodes = scene.body.nodes.size();
     mesh.held = static_cast<std::size_t>(std::ranges::count_if(scene.body.fixed, [](auto f) { return f != 0; }));
     mesh.cells = scene.body.hexahedra.size();
     mesh.filled_share = 1 - scene.body.left_out_share;
-    for (const SurfaceStiffness& place : finger_stiffnesses(scene, places_))
-      mesh.compliances_m_n.push_back(1 / place.stiffness_n_m);
-    if (mesh.compliances_m_n.empty())
-      throw InputError("the body",
-                       fmt::format("has no equilibrium: {} of {} nodes are held, too few for all of it", mesh.held, mesh.nodes),
-                       "a larger --held");
-    says_(fmt::format("{:.3g} mm: {} nodes, {} held, {:.3g} mm/N", 1e3 * spacing_m, mesh.nodes, mesh.held,
-                      1e3 * median(mesh.compliances_m_n)));
     advice_.tried.push_back(mesh);
+    scenes_.push_back(std::move(scene));
+  }
+
+  /// Takes the compliances of all meshes, at places of the finest; drops meshes without an equilibrium.
+  void take_compliances(const std::function<void(double spacing_m, const std::string& reason)>& refuse) {
+    if (scenes_.empty()) return;
+    const Vec3 home = home_of(scenes_.back());
+    places_ = touch_places(scenes_.back().body, home, kPlaces);
+    const std::vector<PushedPlace> compared = compared_places(scenes_.back(), advice_.body.held_below_m, home, kPlaces);
+    for (std::size_t i = 0; i < scenes_.size();) {
+      AdvisedMesh& mesh = advice_.tried[i];
+      mesh.compliances_m_n = touch_compliances(scenes_[i], compared);
+      if (mesh.compliances_m_n.empty()) {
+        refuse(mesh.spacing_m, fmt::format("the body has no equilibrium: {} of {} nodes are held, too few for all of it; "
+                                           "expected a larger --held",
+                                           mesh.held, mesh.nodes));
+        scenes_.erase(scenes_.begin() + static_cast<std::ptrdiff_t>(i));
+        advice_.tried.erase(advice_.tried.begin() + static_cast<std::ptrdiff_t>(i));
+        continue;
+      }
+      says_(fmt::format("{:.3g} mm: {} nodes, {} held, {:.3g} mm/N", 1e3 * mesh.spacing_m, mesh.nodes, mesh.held,
+                        1e3 * median(mesh.compliances_m_n)));
+      ++i;
+    }
   }
 
   void take_mesh_errors() {
@@ -117,9 +136,7 @@ class Adviser {
   void choose_step() {
     const auto pushed = [&](double step_s) -> std::vector<Vec3> {
       try {
-        return push_body(gripped_at_top(scene_of(advice_.tried.front().spacing_m, step_s), IntegratorKind::automatic, step_s),
-                         stopwatch_)
-            .force;
+        return push_body(gripped_at_top(scenes_.front(), IntegratorKind::automatic, step_s), stopwatch_).force;
       } catch (const std::runtime_error&) {  // no solution was found
         return {};
       }
@@ -145,8 +162,10 @@ class Adviser {
   bool is_fast(const AdvisedMesh& mesh) const { return mesh.frame_ms() <= most_ms(); }
 
   /// Measures with a hand at each of these places; the slowest counts, together with earlier measurements.
-  void measure(AdvisedMesh& mesh, const std::vector<Vec3>& places) const {
-    const Scene scene = scene_of(mesh.spacing_m, advice_.step_s);
+  void measure(std::size_t i, const std::vector<Vec3>& places) {
+    AdvisedMesh& mesh = advice_.tried[i];
+    Scene& scene = scenes_[i];
+    scene.solver.step_s = advice_.step_s;
     for (const SurfaceStiffness& place : finger_stiffnesses(scene, places)) {
       const std::optional<FrameCost> cost = frame_cost(scene, place, request_.rate_hz, stopwatch_);
       const Scheme scheme = cost && cost->ms(Scheme::hyper, 1) <= most_ms() ? Scheme::hyper : Scheme::port;
@@ -164,10 +183,9 @@ class Adviser {
   /// longest. The best of those is measured at all places before it is chosen.
   void choose_mesh() {
     std::vector<AdvisedMesh>& tried = advice_.tried;
-    measure(tried.front(), places_);
+    measure(0, places_);
     std::size_t last = 0;
-    while (last + 1 < tried.size() && is_fast(tried[last]) && !is_true(tried[last]))
-      measure(tried[++last], {tried.front().worst_place});
+    while (last + 1 < tried.size() && is_fast(tried[last]) && !is_true(tried[last])) measure(++last, {tried.front().worst_place});
     const auto best_of_fast = [&] {
       std::size_t best = 0;
       for (std::size_t i = 1; i <= last; ++i)
@@ -177,7 +195,7 @@ class Adviser {
     for (std::size_t best = best_of_fast();; best = best_of_fast()) {
       advice_.chosen = best;
       if (best == 0 || !is_fast(tried[best])) break;
-      measure(tried[best], places_);
+      measure(best, places_);
       if (is_fast(tried[best])) break;
     }
     advice_.true_enough = is_true(tried[advice_.chosen]);
@@ -187,7 +205,8 @@ class Adviser {
   AdviceRequest request_;
   Stopwatch stopwatch_;
   std::function<void(const std::string&)> says_;
-  std::vector<Vec3> places_;
+  std::vector<Scene> scenes_;  ///< of the meshes in advice_.tried
+  std::vector<Vec3> places_;   ///< of hands whose cost is measured
   Advice advice_;
 };
 

@@ -5,8 +5,8 @@
 // given dimensions is characterised by its volume V and the area A of its surface: a lattice of spacing h has about V / h^3 + A /
 // (2 h^2) nodes, and V / A is half the thickness of a thin body.
 //
-// Error of the force of a light touch against the continuum, at kPlaces distant places of the free surface: compliance C = n^T
-// B^T K^-1 B n (server/dynamics/surface_stiffness.hpp), over lattices of spacing h
+// Error of the force of a light touch against the continuum, at kPlaces distant places of the surface, the same for all lattices
+// and away from the support: compliance C = n^T B^T K^-1 B n (touch_compliance.hpp), over lattices of spacing h
 //
 //     C(h) = C_0 + c h^p,   p = kContactOrder,   C_0, c by least squares,   error of a mesh = C_0 / C - 1
 //

@@ -2,8 +2,10 @@
 
 usage: to_stl.py SURFACE EDGE OUT.stl
 
-Prints "ACROSS FITS SCALE USUAL": the longest side of its box; 1 where EDGE is a 100th to a half of that, else 0; the metres a unit, of
-those that people draw in, that bring the surface nearest to an organ of 0.15 m; and a usual edge. One line on stderr and exit 2 for a
+Shells that lie within a solid and bound no hollow are left out: Gmsh would carve each of them out of it.
+
+Prints "ACROSS FITS SCALE USUAL INNER": the longest side of its box; 1 where EDGE is a 100th to a half of that, else 0; the metres a unit,
+of those that people draw in, that bring the surface nearest to an organ of 0.15 m; a usual edge; the shells left out. One line on stderr and exit 2 for a
 file that is no such surface. What is read is what server/scene/surface_file.hpp reads.
 """
 
@@ -89,6 +91,68 @@ def open_edges(triangles, across):
     return sum(abs(n - edges[v, u]) for (u, v), n in list(edges.items()) if n > edges[v, u])
 
 
+def shells(triangles, across):
+    """The triangles in lists of those that hang together by corners."""
+    parent = {}
+
+    def root(place):
+        while parent.setdefault(place, place) != place:
+            parent[place] = place = parent[parent[place]]
+        return place
+
+    def placed(corner):
+        return tuple(round(1e6 * x / across) for x in corner)
+
+    for t in triangles:
+        a, b, c = (root(placed(corner)) for corner in t)
+        parent[b] = parent[root(c)] = a
+    parts = collections.defaultdict(list)
+    for t in triangles:
+        parts[root(placed(t[0]))].append(t)
+    return list(parts.values())
+
+
+def winding(point, shell):
+    """How often a closed surface goes around the point: 1 inside, -1 if it is turned inside out, 0 outside."""
+    angle = 0
+    for corners in shell:
+        a, b, c = ([x - o for x, o in zip(corner, point)] for corner in corners)
+        la, lb, lc = (math.sqrt(sum(x * x for x in v)) for v in (a, b, c))
+        ab, bc, ca = (sum(x * y for x, y in zip(u, v)) for u, v in ((a, b), (b, c), (c, a)))
+        volume = sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for i in range(3))
+        angle += 2 * math.atan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return round(angle / (4 * math.pi))
+
+
+def boxed(shell):
+    return [(min(c[axis] for t in shell for c in t), max(c[axis] for t in shell for c in t)) for axis in range(3)]
+
+
+def is_around(outer, outer_box, inner, inner_box):
+    """Whether one shell encloses the other, neither crossing it as far as corners show."""
+    if not all(o[0] < i[0] and i[1] < o[1] for o, i in zip(outer_box, inner_box)):
+        return False
+    corners = [c for t in inner for c in t]
+    extremes = {choose(corners, key=lambda c: c[axis]) for axis in range(3) for choose in (min, max)}
+    near = {c for t in outer for c in t if all(low <= x <= high for x, (low, high) in zip(c, inner_box))}
+    return all(winding(c, outer) for c in extremes) and not any(winding(c, inner) for c in near)
+
+
+def without_inner(triangles, across):
+    """The triangles of shells with the solid on one side alone, and how many shells are left out."""
+    parts = shells(triangles, across)
+    if len(parts) == 1:
+        return triangles, 0
+    boxes, kept = [boxed(part) for part in parts], []
+    for i, part in enumerate(parts):
+        outside = sum(winding(part[0][0], parts[k]) for k in range(len(parts))
+                      if k != i and is_around(parts[k], boxes[k], part, boxes[i]))
+        own = 1 if sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for a, b, c in part for i in range(3)) > 0 else -1
+        if (outside == 0) != (outside + own == 0):
+            kept.append(part)
+    return [t for part in kept for t in part], len(parts) - len(kept)
+
+
 def written(triangles):
     return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(
         struct.pack("<12x9f2x", *(x for corner in triangle for x in corner)) for triangle in triangles)
@@ -101,7 +165,6 @@ def main():
         triangles = read_obj(data.decode(errors="replace")) if surface.suffix.lower() == ".obj" else read_stl(data)
         if not all(len(c) == 3 and all(map(math.isfinite, c)) for t in triangles for c in t):
             raise Unreadable
-        out.write_bytes(written(triangles))
     except (Unreadable, ValueError, OverflowError, RuntimeError, StopIteration, OSError, struct.error):
         print("cannot be read; expected a closed surface of triangles (STL, OBJ)", file=sys.stderr)
         return 2
@@ -116,8 +179,10 @@ def main():
     if unmatched:
         print(f"has {unmatched} edges that no triangle on the other side shares; expected a closed surface", file=sys.stderr)
         return 2
+    triangles, inner = without_inner(triangles, across)
+    out.write_bytes(written(triangles))
     scale = min(SCALES, key=lambda s: abs(math.log(s * across / ORGAN_M)))
-    print(f"{across:.4g} {int(across / 100 <= edge <= across / 2)} {scale if scale > 1e-4 else '0.000001'} {across / 15:.2g}")
+    print(f"{across:.4g} {int(across / 100 <= edge <= across / 2)} {scale if scale > 1e-4 else '0.000001'} {across / 15:.2g} {inner}")
     return 0
 
 

@@ -103,6 +103,21 @@ def check_obj(dev, work):
     assert done.returncode == 2 and "is 0.16 across" in done.stderr and not (work / "wrong.msh").exists(), done
 
 
+def check_shells(dev, work):
+    """A shell inside another is a hollow where it is turned inside out, and else a part of the solid."""
+    def enclosed(faces):
+        return numpy.linalg.det([[RADII * v for v in face] for face in faces]).sum() / 6
+
+    outer, inner = sphere(3), [tuple(0.5 * v for v in face) for face in sphere(3)]
+    for name, shell, expected in [("solid", inner, enclosed(outer)), ("hollow", [face[::-1] for face in inner], enclosed(outer) - enclosed(inner))]:
+        write_stl(work / f"{name}.stl", outer + shell)
+        done = fill(dev, work / f"{name}.stl", work / f"{name}.msh")
+        assert done.returncode == 0 and ("are left out, 1 in all" in done.stdout) == (name == "solid"), done
+        cells = tetrahedra(work / f"{name}.msh")
+        volume = abs(numpy.linalg.det(cells[:, 1:] - cells[:, :1])).sum() / 6
+        assert abs(volume / expected - 1) < 0.03, (name, volume / expected)
+
+
 def check_refused(dev, work):
     write_stl(work / "open.stl", sphere(3)[40:])
     done = fill(dev, work / "open.stl", work / "open.msh")
@@ -122,6 +137,7 @@ def main():
     work.mkdir(parents=True)
     check_filled(dev, server, work)
     check_obj(dev, work)
+    check_shells(dev, work)
     check_refused(dev, work)
 
 
