@@ -6,8 +6,6 @@
 #include <limits>
 #include <numeric>
 
-#include "server/reduction/refined_elements.hpp"
-
 namespace palpate {
 
 bool RefinedBody::suits(const Dynamics& dynamics) {
@@ -18,10 +16,7 @@ bool RefinedBody::suits(const Dynamics& dynamics) {
 
 RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kCoarsePieces) {
   place_corners();
-  if (!dynamics.body().is_solid())
-    tangents_ = std::make_unique<RefinedElements<SpringSubset>>(*this);
-  else
-    tangents_ = std::make_unique<RefinedElements<SolidBunch>>(*this);
+  tangents_ = std::make_unique<RefinedTangents>(*this);
 }
 
 void RefinedBody::place_corners() {

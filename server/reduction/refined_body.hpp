@@ -8,7 +8,7 @@
 //     M_y = lumped T^T M T (its rows summed),   K_y = T^T K T,   D_y = T^T D T,   F_y = T^T F,   v_y = M_y^-1 T^T M v
 //
 // Shapes as in body_operator.hpp; T is 3 N x 3 n, its row for a node has one 1 (near) or eight N_k (far), and is zero if the node
-// is fixed and far. K and D are assembled element by element, with T as each element has it (refined_elements.hpp).
+// is fixed and far. K and D are assembled element by element, with T as each element has it (refined_tangents.hpp).
 //
 // K and D of elements with a near node are those of the state; those of the others are kept by FarTangents. A load on near nodes
 // has a stiffer response than on the full body, as with any Galerkin projection: docs/notebook.md, 14 says by how much. A corner

@@ -1,11 +1,4 @@
 // K and D side by side on one pattern of 3x3 blocks, each as its upper triangle: both are symmetric.
-//
-// A block has six numbers (xx xy xz yy yz zz) if it is symmetric itself, as all blocks of springs are (with n, T', s, L and c of
-// spring_kernel.hpp, and w the weights with which coordinates move the ends of a spring,
-//
-//     w_p w_q k  to block (p, q) of K,   w_p w_q d  to that of D,      k = (T' - s/L) n n^T + s/L I,   d = c n n^T  ),
-//
-// and nine, row by row, if it is not, as for finite elements.
 #pragma once
 
 #include "server/elements/column_lanes.hpp"
@@ -13,12 +6,10 @@
 
 namespace palpate {
 
-/// `kNumbers`: per block, 6 or 9.
-template <int kNumbers>
 class TangentMatrices {
  public:
-  /// One block of K, and of D.
-  using Pair = Eigen::Array<double, 2 * kNumbers, 1>;
+  /// One block of K, and of D, row by row.
+  using Pair = Eigen::Array<double, 18, 1>;
 
   TangentMatrices() = default;
   explicit TangentMatrices(BlockPattern pattern) : pattern_(std::move(pattern)), pairs_(pattern_.block_count()) {}
@@ -37,10 +28,5 @@ class TangentMatrices {
   BlockPattern pattern_;
   std::vector<Pair> pairs_;
 };
-
-using SpringMatrices = TangentMatrices<6>;
-using SolidMatrices = TangentMatrices<9>;
-extern template class TangentMatrices<6>;
-extern template class TangentMatrices<9>;
 
 }  // namespace palpate
