@@ -4,7 +4,7 @@
 #
 # LOCAL keeps a library out of the installed package. LOOPS: its time goes into loops over numbers. HOT: so does the time of some of its
 # files; like libraries with LOOPS it does without the assertions of the standard library.
-# LAYER states where the library stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
+# LAYER states where the library stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, bindings, tests(4).
 # palpate_check_links(), called when every library exists, stops the configuration at a link from a library or program to one of a
 # higher layer, or between server and client, whichever of the two was added first.
 
@@ -54,7 +54,8 @@ if(NOT PALPATE_SANITIZE)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 12)
     set(level 3)  # sizes known only when the program runs, too
   endif()
-  target_compile_options(palpate_hardening INTERFACE -fstack-protector-strong -fPIE
+  target_compile_options(palpate_hardening INTERFACE -fstack-protector-strong
+    $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>
     $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=${level}>)
 endif()
 
@@ -87,6 +88,9 @@ function(palpate_library NAME)
   if(sources)
     add_library(${target} STATIC ${sources})
     palpate_unity(${target})
+    # Shared objects (bindings/) hold these libraries as well as programs do. What is hidden cannot be replaced from outside, so that the
+    # compiler inlines and addresses it as it does in a program (docs/decisions/0075-bindings.md).
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     target_link_libraries(${target} PUBLIC palpate_abi ${LIBRARY_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${LIBRARY_PRIVATE})
     target_compile_options(${target} PRIVATE $<TARGET_PROPERTY:palpate_hardening,INTERFACE_COMPILE_OPTIONS>)
     if(NOT LIBRARY_LOOPS AND NOT LIBRARY_HOT)  # indices of the standard library, checked: one of a kernel costs as much as what it computes

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/view/history.hpp"
-#include "client/view/view_core.hpp"
+#include "client/viewer/view_core.hpp"
 #include "common/record/reader.hpp"
 
 namespace palpate {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "client/view/view_core.hpp"
+#include "client/viewer/view_core.hpp"
 #include "common/record/writer.hpp"
 
 namespace palpate {

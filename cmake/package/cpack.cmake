@@ -90,11 +90,21 @@ the simulated devices of palpate-client."
 describe(palpate-doc "touch of a deformable body over a network: documentation
 Scene files, the wire, recordings, devices, results and decisions."
   ARCHITECTURE all SHLIBDEPS OFF SECTION doc)
+describe(python3-palpate "touch of a deformable body over a network: Python module
+Bodies, patches, replays in virtual time and recordings as arrays; a hand or
+a viewer at a server; environments for a learning program."
+  SECTION python DEPENDS "python3 (>= ${CPACK_PALPATE_PYTHON}), python3 (<< ${CPACK_PALPATE_PYTHON_NEXT}), python3-numpy"
+  RECOMMENDS "palpate-data" SUGGESTS "palpate-doc, python3-matplotlib")
+describe(libpalpate1 "touch of a deformable body over a network: C library
+Bodies and patches in a process of one's own, a hand and a viewer at a
+server, for C and every language that calls it."
+  SECTION libs RECOMMENDS "palpate-data")
 describe(libpalpate-dev "touch of a deformable body over a network: development files
-Headers, static libraries and the CMake package for stations, servers and
-experiments of one's own: find_package(Palpate)."
+Headers of C and C++, static libraries and the CMake package for stations,
+servers and experiments of one's own: find_package(Palpate)."
   SECTION libdevel SHLIBDEPS OFF
-  DEPENDS "libasio-dev, libeigen3-dev (>= 3.4), libflatbuffers-dev, libfmt-dev, libhidapi-dev, libsodium-dev, libspdlog-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
+  DEPENDS "libpalpate1 ${same}, libasio-dev, libeigen3-dev (>= 3.4), libflatbuffers-dev, libfmt-dev, libhidapi-dev, libsodium-dev, libspdlog-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 
 set(scripts ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/server)
 set(CPACK_DEBIAN_PALPATE-SERVER_PACKAGE_CONTROL_EXTRA ${scripts}/conffiles ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm)
+set(CPACK_DEBIAN_LIBPALPATE1_PACKAGE_CONTROL_EXTRA ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/library/shlibs)

@@ -2,7 +2,7 @@
 
 usage: check_style.py ROOT [COMPILE_COMMANDS]      exit 0 when there is none, 1 when there is
 
-layers     includes point one way: common <- {server, client} <- bench <- tests; server and client never meet
+layers     includes point one way: common <- {server, client} <- bench <- bindings <- tests; server and client never meet
 core       sockets, windows, devices, threads, streams and clocks stay in io/, app/, view/, relay/, in drivers of devices and in the
            programs of bench/
 real time  no allocation, lock, log, throw or string in what runs in the 1 kHz tick
@@ -25,7 +25,8 @@ SIDES = {  # who may include whom
     "server": {"common", "server"},
     "client": {"common", "client"},
     "bench": {"common", "server", "client", "bench"},
-    "tests": {"common", "server", "client", "bench", "tests"},
+    "bindings": {"common", "server", "client", "bench", "bindings"},
+    "tests": {"common", "server", "client", "bench", "bindings", "tests"},
 }
 ALL_SIDES = set(SIDES) | {"schema"}
 
@@ -266,7 +267,7 @@ def check_registered(root, compile_commands):
 
 
 def source_files(root):
-    for top in [*sorted(ALL_SIDES), "cmake", "docs", "docker", ".ci"]:
+    for top in [*sorted(ALL_SIDES), "examples", "cmake", "docs", "docker", ".ci"]:
         yield from sorted(f for f in (root / top).rglob("*") if f.is_file())
     yield from sorted(f for f in root.glob("*") if f.is_file())
 

@@ -1,18 +1,14 @@
-// A server's room for the viewer: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it. When the
-// server does not answer, it resolves the name again and continues from a new port (client/io/server_finder.hpp).
+// A server's room for the viewer: ViewCore on a real UDP socket and the real clock (client/io/udp_viewer.hpp), with what the
+// window says about it, and its recording. One thread; the caller pumps it.
 #pragma once
 
-#include <asio/io_context.hpp>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
-#include "client/io/server_finder.hpp"
+#include "client/io/udp_viewer.hpp"
 #include "client/view/app/view_source.hpp"
 #include "client/view/app/viewer_recording.hpp"
-#include "common/io/endpoint.hpp"
-#include "common/trust/client_channel.hpp"
 
 namespace palpate {
 
@@ -21,23 +17,22 @@ Micros now_us();
 
 class ViewSession : public ViewSource {
  public:
-  /// `server` is HOST:PORT. Throws InputError when it does not parse or the host does not resolve. `alike`: the server may assign
-  /// a similar name when `station` is in use. `ask`: resolves the name when nobody answers; the system's resolver by default.
+  /// The arguments of UdpViewer. Throws what it throws.
   ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
               const std::optional<ClientKeys>& keys = {}, NameLookup::Ask ask = {});
   ~ViewSession() override;
 
-  /// Handles everything that is due: incoming datagrams, the core's clock, outgoing datagrams. Never blocks.
+  /// Handles everything that is due, the recording included. Never blocks.
   void pump();
   void pump_until(Micros time) override;
 
-  bool ready() const override { return core_.ready(); }
-  const BodyMesh& mesh() const override { return core_.mesh(); }
-  const std::vector<Vec3f>& rest() const override { return core_.rest(); }
-  std::uint64_t mesh_version() const override { return core_.mesh_version(); }
+  bool ready() const override { return core().ready(); }
+  const BodyMesh& mesh() const override { return core().mesh(); }
+  const std::vector<Vec3f>& rest() const override { return core().rest(); }
+  std::uint64_t mesh_version() const override { return core().mesh_version(); }
   /// Shows no tools while the server is silent: their positions and forces are unknown then.
   bool show(Micros now, ViewMoment& moment) override;
-  void show_channel(ShapeChannel channel) override { core_.show_channel(channel); }
+  void show_channel(ShapeChannel channel) override { core().show_channel(channel); }
   Scales scales() const override { return {}; }
   Hues hues() const override { return {}; }
   Caption caption(Micros now, const std::vector<ToolView>& tools) override;
@@ -47,25 +42,16 @@ class ViewSession : public ViewSource {
   /// Begins a recording in the current folder, or ends the current one. The status line shows the result.
   void toggle_recording();
 
-  ViewCore& core() { return core_; }
-  const std::string& server() const { return server_; }
+  ViewCore& core() { return udp_.core(); }
+  const ViewCore& core() const { return udp_.core(); }
+  const std::string& server() const { return udp_.server(); }
 
  private:
-  void take(std::span<const std::byte> datagram);
-  void connect();
-  void send_all();
   void pump_recording();
   void remember(Micros now, const std::vector<ToolView>& tools);
   std::string status(Micros now) const;
 
-  std::string server_;
-  asio::io_context io_;
-  UdpSocket socket_{io_};
-  ViewCore core_;
-  UdpEndpoint address_;
-  bool nobody_listens_ = false;  ///< the server's machine reports that nothing listens at its port, and nothing came since
-  ServerFinder finder_;
-  std::optional<ClientChannel> channel_;  ///< only with keys
+  UdpViewer udp_;
   History forces_, patch_ages_;
   std::unique_ptr<ViewerRecording> recording_;
   std::string record_asked_;  ///< file that waits for a body

@@ -3,7 +3,7 @@
 
 #include "client/view/hues.hpp"
 #include "client/view/stage.hpp"
-#include "client/view/view_core.hpp"
+#include "client/viewer/view_core.hpp"
 
 namespace palpate {
 

@@ -3,8 +3,8 @@
 #include <random>
 
 #include "client/view/recorded_scene.hpp"
-#include "client/view/view_core.hpp"
 #include "client/view/view_recorder.hpp"
+#include "client/viewer/view_core.hpp"
 #include "common/base/limits.hpp"
 #include "server/core/server_core.hpp"
 #include "tests/client/view/demo_body.hpp"

@@ -1,4 +1,4 @@
-#include "client/view/view_core.hpp"
+#include "client/viewer/view_core.hpp"
 
 #include <algorithm>
 #include <utility>

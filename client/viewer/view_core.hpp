@@ -11,9 +11,9 @@
 #include <string>
 
 #include "client/core/client_session.hpp"
-#include "client/view/mesh_assembly.hpp"
-#include "client/view/playback.hpp"
-#include "client/view/shape_assembly.hpp"
+#include "client/viewer/mesh_assembly.hpp"
+#include "client/viewer/playback.hpp"
+#include "client/viewer/shape_assembly.hpp"
 
 namespace palpate {
 

@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "client/view/shape_assembly.hpp"
+#include "client/viewer/shape_assembly.hpp"
 
 using namespace palpate;
 

@@ -1,4 +1,4 @@
-#include "client/view/shape_assembly.hpp"
+#include "client/viewer/shape_assembly.hpp"
 
 #include <algorithm>
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <random>
 
-#include "client/view/view_core.hpp"
+#include "client/viewer/view_core.hpp"
 #include "common/base/limits.hpp"
 #include "server/core/server_core.hpp"
 

@@ -1,4 +1,4 @@
-#include "client/view/mesh_assembly.hpp"
+#include "client/viewer/mesh_assembly.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "client/view/playback.hpp"
+#include "client/viewer/playback.hpp"
 
 #include <algorithm>
 

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "client/view/mesh_assembly.hpp"
+#include "client/viewer/mesh_assembly.hpp"
 #include "common/wire/codec.hpp"
 #include "server/core/mesh_pieces.hpp"
 #include "tests/client/view/demo_body.hpp"

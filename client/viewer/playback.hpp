@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "client/view/shape_assembly.hpp"
+#include "client/viewer/shape_assembly.hpp"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "client/view/playback.hpp"
+#include "client/viewer/playback.hpp"
 
 using namespace palpate;
 

@@ -1,0 +1,166 @@
+"""Tasks for a learning program, shaped as Gymnasium has them, on a body in this process.
+
+    env = Press(target_n=1.0)
+    observation, info = env.reset(seed=1)
+    observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+
+An action moves the tool: (3,), each from -1 to 1, times max_speed * step_s metres along x, y, z. A step of the body is step_s long;
+its force is the full model's at the end. Episodes end in success (terminated) or after max_steps (truncated). One environment is for
+one thread at a time; several in several threads run side by side.
+
+With gymnasium installed these are gymnasium.Env and their spaces gymnasium.spaces.Box. Without it, Box below has what they need.
+"""
+
+import pathlib
+
+import numpy as np
+
+from . import InputError, Room, Scene
+
+try:
+    import gymnasium
+
+    Base, Box = gymnasium.Env, gymnasium.spaces.Box
+except ImportError:
+
+    class Base:
+        """What gymnasium.Env gives an environment, as far as these use it."""
+
+        metadata = {"render_modes": []}
+        np_random = None
+
+        def reset(self, *, seed=None, options=None):
+            if seed is not None or self.np_random is None:
+                self.np_random = np.random.default_rng(seed)
+
+        def close(self):
+            pass
+
+        @property
+        def unwrapped(self):
+            return self
+
+    class Box:
+        """A box of numbers, low to high, of one shape."""
+
+        def __init__(self, low, high, shape, dtype=np.float64):
+            self.shape, self.dtype = tuple(shape), np.dtype(dtype)
+            self.low, self.high = np.full(shape, low, dtype), np.full(shape, high, dtype)
+            self._random = np.random.default_rng()
+
+        def seed(self, seed=None):
+            self._random = np.random.default_rng(seed)
+
+        def sample(self):
+            return self._random.uniform(np.maximum(self.low, -1e6), np.minimum(self.high, 1e6)).astype(self.dtype)
+
+        def contains(self, x):
+            x = np.asarray(x)
+            return x.shape == self.shape and bool(np.all(x >= self.low) and np.all(x <= self.high))
+
+
+SCENES = [pathlib.Path("scenes"), pathlib.Path("/usr/share/palpate/scenes")]
+
+
+def find_scene(name):
+    """Returns the file of a scene that ships, by name: in ./scenes or where the package palpate-data puts it. Raises InputError."""
+    for folder in SCENES:
+        if (folder / f"{name}.json").is_file():
+            return folder / f"{name}.json"
+    raise InputError(f'scene "{name}": is in neither of {", ".join(map(str, SCENES))}; expected the package palpate-data, or a Scene')
+
+
+class Touch(Base):
+    """A tool on a body. Tasks add a target, a reward and an end.
+
+    Observation: tool - scene.home (3,) [m], force on the tool (3,) [N], and the task's own numbers.
+    """
+
+    extra = 0  # numbers of the task
+
+    def __init__(self, scene=None, *, step_s=0.02, max_speed=0.1, max_steps=250):
+        self.scene = scene if scene is not None else Scene(find_scene("touch-cube"))
+        self.step_s, self.max_speed, self.max_steps = step_s, max_speed, max_steps
+        self._ticks = int(round(1e3 * step_s))
+        self._share = (np.arange(1, self._ticks + 1) / self._ticks)[:, None]
+        self._top = self.scene.home - [0, 0, 0.02]
+        self.action_space = Box(-1.0, 1.0, shape=(3,), dtype=np.float64)
+        self.observation_space = Box(-np.inf, np.inf, shape=(6 + self.extra,), dtype=np.float64)
+
+    def reset(self, *, seed=None, options=None):
+        """Takes a body at rest, with the tool at scene.home; draws the task's numbers. Returns (observation, info)."""
+        super().reset(seed=seed)
+        self._room = Room(self.scene)  # a body that was used and reset differs from it in the last digits
+        self.tool, self.force, self.steps = np.array(self.scene.home), np.zeros(3), 0
+        self.begin(options or {})
+        return self.observation(), {}
+
+    def step(self, action):
+        """Moves the tool and the body. Returns (observation, reward, terminated, truncated, info)."""
+        action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        before, self.tool = self.tool, self.tool + action * self.max_speed * self.step_s
+        frame = self._room.step(before + self._share * (self.tool - before), patches=False, shape=False)
+        self.force = np.array(frame.tool().force)
+        self.steps += 1
+        reward, done = self.judge()
+        return self.observation(), float(reward), bool(done), self.steps >= self.max_steps, {"failed": frame.failed}
+
+    def observation(self):
+        return np.concatenate([self.tool - self.scene.home, self.force, self.numbers()])
+
+    def begin(self, options):
+        """Draws what the task needs, from self.np_random."""
+
+    def numbers(self):
+        """The task's part of the observation."""
+        return np.zeros(0)
+
+    def judge(self):
+        """Returns reward and success of the step that just ended."""
+        raise NotImplementedError
+
+
+class Reach(Touch):
+    """Touch the top of the body within 5 mm of a drawn place, seen from above.
+
+    Numbers: the place - scene.home, (2,) [m]. Reward: minus the distance of the tool from the place [m]; 1 more at the end.
+    """
+
+    extra = 2
+
+    def begin(self, options):
+        reach = 0.15 * np.ptp(self.scene.nodes[:, :2], axis=0)
+        self.place = self._top[:2] + self.np_random.uniform(-reach, reach)
+
+    def numbers(self):
+        return self.place - self.scene.home[:2]
+
+    def judge(self):
+        away = np.linalg.norm(self.tool[:2] - self.place)
+        done = away < 0.005 and np.linalg.norm(self.force) > 0
+        return -np.hypot(away, max(self.tool[2] - self._top[2], 0)) + done, done
+
+
+class Press(Touch):
+    """Press until the force is within a tenth of target_n for hold_s.
+
+    Numbers: target_n - |force|, (1,) [N]. Reward: minus that error over target_n; 1 more at the end.
+    """
+
+    extra = 1
+
+    def __init__(self, scene=None, *, target_n=1.0, hold_s=0.2, **touch):
+        super().__init__(scene, **touch)
+        self.target_n, self.hold_s = target_n, hold_s
+
+    def begin(self, options):
+        self._held = 0
+
+    def numbers(self):
+        return np.array([self.target_n - np.linalg.norm(self.force)])
+
+    def judge(self):
+        error = abs(self.numbers()[0]) / self.target_n
+        self._held = self._held + 1 if error < 0.1 else 0
+        done = self._held * self.step_s >= self.hold_s
+        return -error + done, done

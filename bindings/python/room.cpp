@@ -1,0 +1,133 @@
+// Room: a body and the tools on it in this process (bindings/core/local_room.hpp).
+#include "bindings/core/local_room.hpp"
+
+#include "bindings/python/arrays.hpp"
+#include "bindings/python/frames.hpp"
+#include "bindings/python/module.hpp"
+
+namespace palpate::python {
+namespace {
+
+/// Tools of a step: an array is the path of tool 1; a dict has paths by id.
+struct Paths {
+  std::vector<Positions> arrays;  ///< keeps the memory
+  std::vector<LocalTool> tools;
+};
+
+void add(Paths& paths, StationId id, py::handle path) {
+  Positions array = Positions::ensure(path);
+  if (!array) throw py::error_already_set();
+  paths.tools.push_back({id, positions_of(array, "path of tool " + std::to_string(id))});
+  paths.arrays.push_back(std::move(array));
+}
+
+Paths paths_of(py::handle given) {
+  Paths paths;
+  if (py::isinstance<py::dict>(given))
+    for (const auto& [id, path] : given.cast<py::dict>()) add(paths, id.cast<StationId>(), path);
+  else
+    add(paths, 1, given);
+  return paths;
+}
+
+LocalStep options_of(bool patches, const std::string& scheme, int order, double horizon_s, bool shape) {
+  if (!(horizon_s >= 0 && horizon_s <= 1)) throw InputError("horizon_s", "is " + std::to_string(horizon_s), "0 to 1");
+  if (order < 0 || order > 2 * kMaxModes)
+    throw InputError("order", "is " + std::to_string(order), "0 to " + std::to_string(2 * kMaxModes));
+  return {.patches = patches, .scheme = scheme_named(scheme), .order = order, .horizon = from_seconds(horizon_s), .shape = shape};
+}
+
+Frame step(LocalRoom& room, py::handle given, bool patches, const std::string& scheme, int order, double horizon_s, bool shape) {
+  const LocalStep options = options_of(patches, scheme, order, horizon_s, shape);
+  const Paths paths = paths_of(given);
+  const py::gil_scoped_release others_run;
+  return std::make_shared<FrameResult>(room.step(paths.tools, options));
+}
+
+Frame step_alone(LocalRoom& room, std::size_t ticks, bool shape) {
+  const py::gil_scoped_release others_run;
+  return std::make_shared<FrameResult>(room.step_alone(ticks, {.shape = shape}));
+}
+
+py::list frame_tools(const Frame& frame) {
+  py::list tools;
+  for (const StationFrame& tool : frame->stations) tools.append(FrameTool{frame, &tool});
+  return tools;
+}
+
+FrameTool tool_of(const Frame& frame, StationId id) {
+  for (const StationFrame& tool : frame->stations)
+    if (tool.id == id) return {frame, &tool};
+  throw InputError("tool " + std::to_string(id), "is not in this frame", "the id of a tool of the step");
+}
+
+py::object patch_of(const FrameTool& tool) {
+  if (!tool->patch) return py::none();
+  return py::cast(FramePatch{tool});
+}
+
+}  // namespace
+
+void add_room(py::module_& module) {
+  py::class_<FrameTool>(module, "FrameTool", "A tool at the end of a step. Arrays are read-only views.")
+      .def_property_readonly(
+          "id", [](const FrameTool& tool) { return tool->id; }, "Number that the caller gave it.")
+      .def_property_readonly(
+          "position", [](py::object self) { return vector(self.cast<const FrameTool&>()->tool, self); },
+          "Its position, (3,) [m].")
+      .def_property_readonly(
+          "force", [](py::object self) { return vector(self.cast<const FrameTool&>()->force, self); },
+          "Force of the full model on it, (3,) [N].")
+      .def_property_readonly(
+          "contact", [](const FrameTool& tool) { return tool->contact; }, "True when it touches or holds the body.")
+      .def_property_readonly("patch", &patch_of, "Its patch; None when it is out of reach, or patches were not wanted.");
+
+  py::class_<FrameResult, Frame>(module, "Frame", "The body and its tools at the end of a step.")
+      .def_property_readonly(
+          "t_s", [](const Frame& frame) { return seconds(frame->stamp); }, "Time of the body [s].")
+      .def_property_readonly(
+          "shape", [](py::object self) { return rows(std::span<const Vec3>(self.cast<const FrameResult&>().positions), self); },
+          "Positions of all nodes, (nodes, 3) [m]; (0, 3) with shape=False. A view.")
+      .def_property_readonly("tools", &frame_tools, "The tools of the step, in its order.")
+      .def("tool", &tool_of, py::arg("id") = 1, "The tool of this number. Raises InputError when the step had none.")
+      .def_property_readonly(
+          "steps", [](const Frame& frame) { return frame->steps; }, "Number of steps of the integrator.")
+      .def_property_readonly(
+          "failed", [](const Frame& frame) { return frame->failed; },
+          "True when the step did not converge: the body is at rest in its last good shape, without patches.")
+      .def_property_readonly(
+          "asleep", [](const Frame& frame) { return frame->asleep; },
+          "True when the body is in equilibrium and no tool is near.");
+
+  const LocalStep usual;
+  py::class_<LocalRoom>(
+      module, "Room",
+      "A body and the tools on it, in this process and in virtual time.\n\n"
+      "Room(scene) has the body at rest at 0 s. Nothing is drawn at random: the same calls give the same bits, as in\n"
+      "C++. One thread at a time; several rooms in several threads run side by side, as steps release the\n"
+      "interpreter's lock.")
+      .def(py::init([](const Scene& scene) {
+             const py::gil_scoped_release others_run;
+             return std::make_unique<LocalRoom>(scene);
+           }),
+           py::arg("scene"))
+      .def_property_readonly(
+          "t_s", [](const LocalRoom& room) { return seconds(room.now()); }, "Time of the body [s].")
+      .def_property_readonly("integrator", &LocalRoom::integrator, "The integrator that moves the body, and why, in one line.")
+      .def(
+          "step", &step, py::arg("path"), py::kw_only(), py::arg("patches") = usual.patches,
+          py::arg("scheme") = std::string(name_of(usual.scheme)), py::arg("order") = usual.order,
+          py::arg("horizon_s") = seconds(usual.horizon), py::arg("shape") = usual.shape,
+          "Moves tools and body, and returns the Frame at the end.\n\n"
+          "path: positions of tool 1 at t_s + 1 ms, t_s + 2 ms, ..., (n, 3) [m], 1 to 1000 of them; or a dict of such paths by\n"
+          "tool (1, 2, ...). A tool that was not in the last step starts at its first position; one that is missing is removed.\n"
+          "patches: make a patch for each tool, by scheme (hold, tangent, ring, port, hyper), with order states (0: as the "
+          "scheme\n"
+          "has them), that predicts the hands for horizon_s [s]. shape: copy the positions of all nodes.\n"
+          "Raises InputError for paths of other shapes and positions that are not finite or beyond 10 m.")
+      .def("step_alone", &step_alone, py::arg("ticks"), py::kw_only(), py::arg("shape") = usual.shape,
+           "Lets the body move without tools for ticks milliseconds (1 to 1000), and returns the Frame.")
+      .def("reset", &LocalRoom::reset, "Puts the body back to rest at the beginning of the next step.");
+}
+
+}  // namespace palpate::python

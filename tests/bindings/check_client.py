@@ -1,0 +1,97 @@
+"""A Python program as a station of a real server, and the recordings of both.
+
+usage: check_client.py SOURCES BUILD WORK
+"""
+
+import numpy as np
+from running import Places, serving
+
+places = Places()
+import palpate  # noqa: E402  (after the path is set)
+
+
+def raised(error, call):
+    try:
+        call()
+    except error as told:
+        return str(told)
+    raise AssertionError(f"no {error.__name__}")
+
+
+def press(client):
+    """10 mm up in 0.5 s, held for 0.5 s, and back."""
+    up = np.concatenate([np.linspace(0, 0.01, 500), np.full(500, 0.01), np.linspace(0.01, 0, 500)])
+    path = client.home + np.outer(up, [0, 0, 1])
+    return path, client.follow(path)
+
+
+def watch(address, client):
+    """A viewer beside the hand sees the body that it pulls at."""
+    viewer = palpate.Viewer(address)
+    viewer.wait(20)
+    client.follow(client.home + np.outer(np.linspace(0, 0.01, 500), [0, 0, 1]))
+    view = viewer.update(0.3)
+    body = palpate.Scene(places.scene("cube6"))
+    assert viewer.scene == "cube6" and viewer.triangles.shape == body.triangles.shape
+    assert view.positions.shape == viewer.rest.shape and view.positions.dtype == np.float32 and not view.positions.flags.owndata
+    moved = np.linalg.norm(view.positions - viewer.rest, axis=1).max()
+    assert 0.003 < moved < 0.02, moved
+    [tool] = view.tools
+    assert tool.station == "arm" and tool.contact and abs(tool.position[2] - client.home[2] - 0.01) < 0.003 and tool.force[2] < 0
+    kept = view.positions.copy()
+    viewer.update(0.1)
+    assert np.array_equal(kept, view.positions), "a view that was returned stays"
+
+
+def check_session():
+    file = places.work / "room.rec"
+    file.unlink(missing_ok=True)
+    with serving(places, "cube6", "--record", file) as address:
+        with palpate.Client(address, "arm", scheme="port") as client:
+            client.wait(20)
+            status = client.status
+            assert status["link"] == "joined" and status["station"] == "arm" and status["fault"] == "", status
+            assert np.allclose(client.home, palpate.Scene(places.scene("cube6")).home)
+            for _ in range(2000):  # until the first patch is there
+                if client.follow(np.repeat(client.home[None], 5, axis=0)).has_patch[-1]:
+                    break
+            path, felt = press(client)
+            assert felt.force.shape == path.shape and np.isfinite(felt.force).all()
+            assert felt.force[900, 2] < -0.1, felt.force[900]  # the body pulls the tool back down
+            watch(address, client)
+            before = client.tick(path[-1])
+            assert before.has_patch and before.force.shape == (3,)
+            nowhere = client.tick([np.nan, 0, 0])
+            assert np.isfinite(nowhere.force).all()
+        assert raised(RuntimeError, lambda: palpate.Client(address, room="attic").wait(20)).startswith(f"{address} refuses the station")
+    recording = palpate.Recording(file)
+    assert recording.kind == "room" and recording.complete and recording.blocks_lost == 0, recording.damage
+    hand = recording.hand("arm")
+    assert [h.name for h in recording.hands] == ["arm"]
+    assert np.all(np.diff(hand.t_s) > 0) and np.all(np.diff(hand.force_t_s) > 0)
+    deepest = hand.positions[:, 2].max() - client.home[2]
+    assert abs(deepest - 0.01) < 1e-6, deepest
+    assert hand.forces[:, 2].min() < -0.1 and hand.contact.any()
+    assert palpate.Scene.from_json(recording.scene_json).name == "cube6"
+    assert recording.shape_at(recording.duration_s).shape[1] == 3 and recording.triangles.max() < len(recording.shape_at(recording.duration_s))
+    assert recording.shape_at(-1) is None
+    assert "expected one of arm" in raised(palpate.InputError, lambda: recording.hand("leg"))
+    assert "expected" in raised(palpate.InputError, lambda: palpate.Recording(places.scene("cube6")))
+    [motion] = recording.motions("arm")
+    replayed = palpate.replay(palpate.Scene(places.scene("cube6")), motion, rtt_ms=50)
+    assert replayed.snr_db > 20, replayed.snr_db
+
+
+def check_nobody():
+    client = palpate.Client("127.0.0.1:9")
+    assert raised(RuntimeError, lambda: client.wait(1.0)) == "nothing listens at 127.0.0.1:9"
+    assert np.all(client.tick([0, 0, 0]).force == 0)
+    client.leave()
+    assert raised(RuntimeError, lambda: palpate.Viewer("127.0.0.1:9").wait(0.5)) == "nothing listens at 127.0.0.1:9"
+    raised(palpate.InputError, lambda: palpate.Client("nowhere"))
+    raised(palpate.InputError, lambda: palpate.Client("127.0.0.1:9", key=str(places.work / "none.key")))
+    raised(palpate.InputError, lambda: palpate.Client("127.0.0.1:9", scheme="cube"))
+
+
+check_session()
+check_nobody()

@@ -1,0 +1,186 @@
+"""The Python module beside the same runs in C++, and its promises about memory, threads, errors and documentation.
+
+usage: check_module.py SOURCES BUILD WORK
+"""
+
+import ast
+import gc
+import inspect
+import subprocess
+import threading
+import time
+
+import numpy as np
+from running import Places
+
+places = Places()
+import palpate  # noqa: E402  (after the path is set)
+
+SCENE = "touch-stiffening"
+
+
+def expect(error, text, call):
+    try:
+        call()
+    except error as raised:
+        assert text in str(raised), str(raised)
+        return str(raised)
+    raise AssertionError(f"no {error.__name__}")
+
+
+def numbers(name):
+    return np.fromfile(places.work / f"{name}.f64").reshape(-1, 3)
+
+
+def same_bits(a, b):
+    assert a.shape == b.shape, (a.shape, b.shape)
+    assert np.array_equal(np.ascontiguousarray(a).view(np.uint64), np.ascontiguousarray(b).view(np.uint64))
+
+
+def path(scene, first, last):
+    return scene.home - np.outer(np.arange(first, last + 1), [0, 0, 0.0003])
+
+
+def check_press(scene):
+    room, frames = palpate.Room(scene), []
+    for begin in (0, 50):
+        frames.append(room.step(path(scene, begin + 1, begin + 50), scheme="hyper", horizon_s=0.15))
+    same_bits(np.vstack([row for f in frames for row in (f.shape, f.tool().force[None])]), numbers("frame"))
+    patch = frames[-1].tool().patch
+    assert patch.scheme == "hyper" and patch.nonlinear and patch.stiffness.shape == (patch.modes,)
+    forces, contact = palpate.Player(patch).play(path(scene, 101, 200))
+    same_bits(forces, numbers("played"))
+    assert contact.any() and np.abs(forces).max() > 0.1
+    return frames[-1]
+
+
+def check_replay(scene):
+    motion = palpate.Motion.examination(scene)
+    link = dict(scheme="hyper", rtt_ms=150, jitter_ms=10, loss=0.03, seed=7)
+    one = palpate.replay(scene, motion, **link)
+    same_bits(np.hstack([one.felt, one.reference]).reshape(-1, 3), numbers("felt"))
+    both = palpate.replay(scene, [motion, motion], **link)
+    same_bits(np.vstack([np.hstack([r.felt, r.reference]).reshape(-1, 3) for r in both]), numbers("together"))
+    # The measure, from its definition (bench/fidelity/metrics.hpp), by numpy.
+    felt, reference = one.felt[250:], one.reference[250:]
+    error = np.sum((felt - reference) ** 2)
+    snr_db = 10 * np.log10(np.sum((reference - reference.mean(axis=0)) ** 2) / error)
+    assert abs(snr_db - one.snr_db) < 1e-9 * abs(snr_db), (snr_db, one.snr_db)
+    assert abs(np.sqrt(error / np.sum(reference**2)) - one.rel_rms) < 1e-12
+    assert len(one.felt) == len(motion.path()) and one.patches > 10
+    reference = palpate.Reference(scene, motion)
+    same_bits(reference.force, one.reference)
+    shared = palpate.accuracy(scene, "port", 50, reference)
+    same_bits(shared.felt, palpate.replay(scene, motion, scheme="port", rtt_ms=50).felt)
+
+
+def check_views(scene, frame):
+    """Arrays are views: of the same memory at every call, read-only, valid when nothing else holds their owner."""
+    patch = frame.tool().patch
+    for owner, names in ((scene, ("nodes", "triangles", "masses_kg", "fixed")), (frame, ("shape",)),
+                         (patch, ("stiffness", "damping", "c_static", "surface", "force"))):
+        for name in names:
+            array = getattr(owner, name)
+            assert array.size and np.shares_memory(array, getattr(owner, name)), name
+            assert not array.flags.writeable and not array.flags.owndata, name
+    nodes = palpate.Scene(places.scene(SCENE)).nodes
+    shape = palpate.Room(scene).step(path(scene, 1, 50)).shape
+    gc.collect()
+    same_bits(nodes, np.array(scene.nodes))
+    assert np.isfinite(shape).all() and shape.shape == nodes.shape
+    assert np.abs(patch.damping - patch.damping.T).max() < 1e-12 * np.abs(patch.damping).max()
+    motion = palpate.Motion([0, 0.5, 1], [[0, 0, 0], [0, 0, 1], [0, 0, 1]])
+    assert np.array_equal(motion.t_s, [0, 0.5, 1]) and abs(motion.path()[250, 2] - 0.5) < 1e-12
+
+
+def check_errors(scene):
+    file = places.work / "broken.json"
+    file.write_text(places.scene(SCENE).read_text().replace('"tool"', '"tol"', 1))
+    said = expect(palpate.InputError, "expected", lambda: palpate.Scene(file))
+    program = subprocess.run([places.programs / "palpate-server", "--scene", file, "--listen", "127.0.0.1:0"], capture_output=True, text=True)
+    assert program.returncode == 2 and said in program.stderr, (said, program.stderr)
+    assert issubclass(palpate.InputError, ValueError)
+    room = palpate.Room(scene)
+    up = path(scene, 1, 5)
+    expect(palpate.InputError, "path of tool 1[2]", lambda: room.step(np.where(np.arange(5)[:, None] == 2, np.nan, up)))
+    expect(palpate.InputError, "shape (3)", lambda: room.step([0, 0, 0]))
+    expect(palpate.InputError, "has 0 positions", lambda: room.step(np.zeros((0, 3))))
+    expect(palpate.InputError, "5, as the path of the first tool", lambda: room.step({1: up, 2: up[:4]}))
+    expect(palpate.InputError, "at least one", lambda: room.step({}))
+    expect(palpate.InputError, "one of hold, tangent, ring, port, hyper", lambda: room.step(up, scheme="cube"))
+    expect(palpate.InputError, "horizon_s", lambda: room.step(up, horizon_s=float("nan")))
+    expect(palpate.InputError, "rtt_ms", lambda: palpate.replay(scene, palpate.Motion.gesture(scene, "press"), rtt_ms=-1))
+    expect(palpate.InputError, "expected one of press", lambda: palpate.Motion.gesture(scene, "wave"))
+    expect(palpate.InputError, "", lambda: palpate.Motion([0, 0], np.zeros((2, 3))))
+    expect(TypeError, "", lambda: palpate.Room("organ"))
+    assert room.t_s == 0, "a refused step moves nothing"
+    assert room.step(up).t_s == 0.005
+    two = room.step({1: up, 7: up + [0.01, 0, 0]})
+    assert [tool.id for tool in two.tools] == [1, 7]
+    expect(palpate.InputError, "tool 2", lambda: two.tool(2))
+
+
+def check_threads(scene):
+    """Others run while C++ computes, and rooms in threads have the bits of one alone."""
+    motion = palpate.Motion.examination(scene)
+    done = threading.Event()
+    thread = threading.Thread(target=lambda: (palpate.Reference(scene, motion), done.set()))
+    thread.start()
+    turns = 0
+    while not done.is_set():
+        turns += 1
+        time.sleep(1e-4)
+    thread.join()
+    assert turns > 50, turns  # with the lock held there is a turn or two before and after
+
+    def press(results, k):
+        room = palpate.Room(scene)
+        results[k] = [room.step(path(scene, 1 + 20 * n, 20 + 20 * n), shape=False).tool().force for n in range(5)]
+
+    results = {}
+    threads = [threading.Thread(target=press, args=(results, k)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    press(results, "alone")
+    for k in range(4):
+        same_bits(np.array(results[k]), np.array(results["alone"]))
+
+
+def check_documentation():
+    """Every public name has a docstring and its type in the stub, and the stub has no others."""
+    tree = ast.parse((places.sources / "bindings/python/palpate/__init__.pyi").read_text())
+    typed = {node.name: {m.name for m in node.body if isinstance(m, ast.FunctionDef)} if isinstance(node, ast.ClassDef) else set()
+             for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    assert set(typed) == set(palpate.__all__), set(typed) ^ set(palpate.__all__)
+    for name in palpate.__all__:
+        thing = getattr(palpate, name)
+        if name != "InputError":
+            assert inspect.getdoc(thing), name
+        if not inspect.isclass(thing) or name == "InputError":
+            continue
+        members = {m for m in vars(thing) if not m.startswith("_")}
+        assert members == {m for m in typed[name] if not m.startswith("_")}, (name, members ^ typed[name])
+        for member in members:
+            assert inspect.getdoc(getattr(thing, member)), f"{name}.{member}"
+
+
+def main():
+    subprocess.run([places.build / "bin/bindings_runs", places.scene(SCENE), places.work], check=True)
+    scene = palpate.Scene(places.scene(SCENE))
+    frame = check_press(scene)
+    check_replay(scene)
+    check_views(scene, frame)
+    check_errors(scene)
+    check_threads(scene)
+    check_documentation()
+    organ = palpate.Scene.from_json(places.scene("organ").read_text(), "organ", [places.scenes])
+    assert organ.contact == "touch" and len(organ.nodes) > 300
+    grasp = palpate.Scene(places.scene("cube6"))
+    assert grasp.contact == "attach"
+    held = palpate.Room(grasp).step(path(grasp, 1, 20)).tool()
+    assert held.contact and held.patch.k_port.shape == (3, 3) and held.patch.b_k.shape == (held.patch.modes, 3)
+
+
+main()
