@@ -1,7 +1,8 @@
 # A library is a folder with one job, built as one static library (or interface library when it has only headers).
 #
-#   palpate_library(NAME LAYER n [LOCAL] [LOOPS] [HOT] [DEPENDS targets...] [PRIVATE targets...])
+#   palpate_library(NAME LAYER n [LOCAL] [LOOPS] [HOT] [FILES names...] [DEPENDS targets...] [PRIVATE targets...])
 #
+# FILES: these sources, for a folder whose files are two libraries; without it, all of the folder that no library has taken so far.
 # LOCAL keeps a library out of the installed package. LOOPS: its time goes into loops over numbers. HOT: so does the time of some of its
 # files; like libraries with LOOPS it does without the assertions of the standard library.
 # LAYER states where the library stands in   schema(0) <- common(1) <- server(2), client(3) <- bench, tests(4).
@@ -81,8 +82,16 @@ function(palpate_unity TARGET)
 endfunction()
 
 function(palpate_library NAME)
-  cmake_parse_arguments(LIBRARY "LOCAL;LOOPS;HOT" "LAYER" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(LIBRARY "LOCAL;LOOPS;HOT" "LAYER" "FILES;DEPENDS;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  get_property(taken DIRECTORY PROPERTY PALPATE_TAKEN)
+  if(LIBRARY_FILES)
+    list(TRANSFORM LIBRARY_FILES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+    set_property(DIRECTORY APPEND PROPERTY PALPATE_TAKEN ${LIBRARY_FILES})
+    set(sources ${LIBRARY_FILES})
+  elseif(taken)
+    list(REMOVE_ITEM sources ${taken})
+  endif()
   set(target palpate_${NAME})
   if(sources)
     add_library(${target} STATIC ${sources})

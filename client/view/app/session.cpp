@@ -1,18 +1,14 @@
 #include "client/view/app/session.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 
-#include <algorithm>
-#include <array>
-#include <asio/buffer.hpp>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <utility>
 
+#include "client/view/status_line.hpp"
 #include "common/base/error.hpp"
-#include "common/base/limits.hpp"
 
 namespace palpate {
 namespace {
@@ -30,20 +26,7 @@ Micros now_us() { return std::chrono::duration_cast<Micros>(std::chrono::steady_
 
 ViewSession::ViewSession(const std::string& server, const std::string& station, const std::string& room, bool alike,
                          const std::optional<ClientKeys>& keys, NameLookup::Ask ask)
-    : server_(server),
-      core_(station, now_us(), room, alike),
-      address_(server_at(server)),
-      finder_(server, address_, ask ? std::move(ask) : server_at, now_us()) {
-  if (keys) channel_.emplace(*keys, kWireVersion, system_random(), now_us());
-  connect();
-}
-
-void ViewSession::connect() {
-  socket_ = open_udp_towards(io_, address_);
-  asio::error_code unreachable;  // a lost network may come back: the next move tries again
-  socket_.connect(address_, unreachable);
-  socket_.non_blocking(true);
-}
+    : core_(station, now_us(), room, alike), link_(server, core_, keys, std::move(ask)) {}
 
 ViewSession::~ViewSession() {
   recording_.reset();
@@ -52,54 +35,8 @@ ViewSession::~ViewSession() {
 }
 
 void ViewSession::pump() {
-  std::array<std::byte, 2 * kMaxDatagramBytes> datagram;
-  asio::error_code error;
-  // A refused datagram (nobody listens yet) appears as an error of the next call; the one after it may succeed.
-  for (int errors = 0; errors < 8;) {
-    const std::size_t size = socket_.receive(asio::buffer(datagram), 0, error);
-    if (error == asio::error::would_block || error == asio::error::try_again) break;
-    if (!error || error == asio::error::connection_refused) nobody_listens_ = static_cast<bool>(error);
-    if (error)
-      ++errors;
-    else
-      take(std::span(datagram).first(size));
-  }
-  if (channel_) channel_->tick(now_us());
-  core_.tick(now_us());
-  if (const auto server = finder_.move(now_us(), core_.last_answer(), core_.sent_away())) {
-    address_ = *server;
-    connect();
-  }
+  link_.pump();
   pump_recording();
-  send_all();
-}
-
-void ViewSession::take(std::span<const std::byte> datagram) {
-  std::array<std::byte, kMaxDatagramBytes> opened;
-  if (channel_) {
-    const std::size_t size = channel_->take(octets(datagram), now_us(), octets(std::span(opened)));
-    if (size == 0) return;
-    datagram = std::span(opened).first(size);
-  }
-  core_.take(datagram, now_us());
-}
-
-void ViewSession::send_all() {
-  std::array<std::byte, kMaxDatagramBytes> plain;
-  std::array<std::byte, kMaxSealedBytes> sealed;
-  asio::error_code ignored;
-  const Micros now = now_us();
-  while (const std::size_t size = channel_ ? channel_->emit(octets(std::span(sealed)), now) : 0)
-    socket_.send(asio::buffer(sealed.data(), size), 0, ignored);
-  if (channel_ && !channel_->ready(now)) return;
-  while (const std::size_t size = core_.emit(plain, now)) {
-    if (channel_) {
-      const auto whole = channel_->seal(octets(std::span(plain).first(size)), octets(std::span(sealed)), now);
-      socket_.send(asio::buffer(sealed.data(), whole), 0, ignored);
-    } else {
-      socket_.send(asio::buffer(plain.data(), size), 0, ignored);
-    }
-  }
 }
 
 void ViewSession::record(const std::string& file) {
@@ -138,12 +75,8 @@ void ViewSession::pump_recording() {
 void ViewSession::pump_until(Micros time) {
   while (!told_to_end()) {
     pump();
-    const Micros now = now_us();
-    if (now >= time) return;
-    const Micros due = channel_ ? std::min(core_.deadline(), channel_->deadline()) : core_.deadline();
-    const Micros wait = std::clamp(std::min(time, due) - now, Micros{0}, Micros{100'000});
-    pollfd readable{socket_.native_handle(), POLLIN, 0};
-    ::poll(&readable, 1, static_cast<int>((wait.count() + 999) / 1000));
+    if (now_us() >= time) return;
+    link_.wait(time);
   }
 }
 
@@ -163,23 +96,11 @@ void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
   patch_ages_.forget(now);
 }
 
-std::string ViewSession::status(Micros now) const {
-  if (core_.link() != LinkState::joined) return "the server was lost; its last shape is shown";
-  if (!core_.heard_lately(now))
-    return fmt::format("the server has been silent for {:.1f} s; its last shape is shown", seconds(core_.silence(now)));
-  const int shapes = core_.shapes_lately(now);
-  const std::string body = fmt::format("{} triangles", core_.mesh().triangles.size());
-  if (shapes == 0 || core_.room().asleep) return body + "    at rest";
-  const char* const starved = core_.room().starved ? "    the server's machine is overloaded" : "";
-  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}", body, shapes, shapes == 1 ? "" : "s",
-                     1e3 * seconds(core_.lateness(now)), starved);
-}
-
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   if (core_.link() == LinkState::refused) return {"refused", core_.refusal(), ""};
-  if (!core_.ready()) return {"palpate", (nobody_listens_ ? "nothing listens at " : "waiting for ") + server_, ""};
+  if (!core_.ready()) return {"palpate", (link_.nobody_listens() ? "nothing listens at " : "waiting for ") + server(), ""};
   remember(now, tools);
-  Caption caption{core_.welcome().scene, status(now), ""};
+  Caption caption{core_.welcome().scene, status_line(core_, now), ""};
   caption.panels = {.room = &core_.room(),
                     .holds = core_.heard_lately(now),
                     .forces = &forces_,

@@ -1,18 +1,14 @@
-// A server's room for the viewer: ViewCore on a real UDP socket and the real clock. One thread; the caller pumps it. When the
-// server does not answer, it resolves the name again and continues from a new port (client/io/server_finder.hpp).
+// A server's room for the viewer: its link (client/view/viewer_link.hpp), what it says, and a recording. One thread; the caller
+// pumps it.
 #pragma once
 
-#include <asio/io_context.hpp>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
-#include "client/io/server_finder.hpp"
 #include "client/view/app/view_source.hpp"
 #include "client/view/app/viewer_recording.hpp"
-#include "common/io/endpoint.hpp"
-#include "common/trust/client_channel.hpp"
+#include "client/view/viewer_link.hpp"
 
 namespace palpate {
 
@@ -27,7 +23,7 @@ class ViewSession : public ViewSource {
               const std::optional<ClientKeys>& keys = {}, NameLookup::Ask ask = {});
   ~ViewSession() override;
 
-  /// Handles everything that is due: incoming datagrams, the core's clock, outgoing datagrams. Never blocks.
+  /// Handles everything that is due. Never blocks.
   void pump();
   void pump_until(Micros time) override;
 
@@ -48,24 +44,14 @@ class ViewSession : public ViewSource {
   void toggle_recording();
 
   ViewCore& core() { return core_; }
-  const std::string& server() const { return server_; }
+  const std::string& server() const { return link_.server(); }
 
  private:
-  void take(std::span<const std::byte> datagram);
-  void connect();
-  void send_all();
   void pump_recording();
   void remember(Micros now, const std::vector<ToolView>& tools);
-  std::string status(Micros now) const;
 
-  std::string server_;
-  asio::io_context io_;
-  UdpSocket socket_{io_};
   ViewCore core_;
-  UdpEndpoint address_;
-  bool nobody_listens_ = false;  ///< the server's machine reports that nothing listens at its port, and nothing came since
-  ServerFinder finder_;
-  std::optional<ClientChannel> channel_;  ///< only with keys
+  ViewerLink link_;
   History forces_, patch_ages_;
   std::unique_ptr<ViewerRecording> recording_;
   std::string record_asked_;  ///< file that waits for a body
