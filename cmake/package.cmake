@@ -1,7 +1,7 @@
-# Debian packages: server, client, view, lab, their scenes, documents and headers. `./dev package` builds them with the preset `package`
+# Debian packages: server, client, view, web, lab, their scenes, documents and headers. `./dev package` builds them with the preset `package`
 # and CPack; what belongs to which is in docs/packages.md.
-if(PALPATE_NATIVE OR PALPATE_SANITIZE OR NOT (PALPATE_BENCH AND PALPATE_VIEW AND PALPATE_BINDINGS))
-  message(FATAL_ERROR "packages are built for any processor, without sanitizers, with palpate-lab, palpate-view and bindings")
+if(PALPATE_NATIVE OR PALPATE_SANITIZE OR NOT (PALPATE_BENCH AND PALPATE_VIEW AND PALPATE_WEB AND PALPATE_BINDINGS))
+  message(FATAL_ERROR "packages are built for any processor, without sanitizers, with palpate-lab, palpate-view, palpate-web and bindings")
 endif()
 foreach(tool help2man gzip)
   find_program(PALPATE_${tool} ${tool} REQUIRED)
@@ -10,8 +10,9 @@ endforeach()
 set(files ${PROJECT_SOURCE_DIR}/cmake/package)
 set(doc ${CMAKE_INSTALL_DATAROOTDIR}/doc)
 set(share ${CMAKE_INSTALL_DATAROOTDIR}/palpate)
-set(programs palpate-server palpate-client palpate-relay palpate-view palpate-lab palpate-fidelity palpate-key)
-set(CPACK_COMPONENTS_ALL palpate-server palpate-client palpate-key palpate-view palpate-lab palpate-data palpate-doc python3-palpate libpalpate1 libpalpate-dev)
+set(programs palpate-server palpate-client palpate-relay palpate-view palpate-web palpate-lab palpate-fidelity palpate-key)
+set(CPACK_COMPONENTS_ALL palpate-server palpate-client palpate-key palpate-view palpate-web palpate-lab palpate-data palpate-doc python3-palpate libpalpate1
+  libpalpate-dev)
 
 # Manual pages, of subcommands too, from what the programs themselves say.
 set(stamps)

@@ -84,9 +84,10 @@ void UdpViewer::send_all() {
   }
 }
 
+Micros UdpViewer::deadline() const { return channel_ ? std::min(core_.deadline(), channel_->deadline()) : core_.deadline(); }
+
 void UdpViewer::nap(Micros time) {
-  const Micros due = channel_ ? std::min(core_.deadline(), channel_->deadline()) : core_.deadline();
-  const Micros wait = std::clamp(std::min(time, due) - monotonic_now(), Micros{0}, kNapMost);
+  const Micros wait = std::clamp(std::min(time, deadline()) - monotonic_now(), Micros{0}, kNapMost);
   pollfd readable{socket_.native_handle(), POLLIN, 0};
   ::poll(&readable, 1, static_cast<int>((wait.count() + 999) / 1000));
 }

@@ -33,6 +33,9 @@ class UdpViewer {
   /// Sleeps until a datagram arrives or something is due, at most until `time` and for kNapMost.
   void nap(Micros time);
 
+  /// Time at which pump() has something to do without a datagram.
+  Micros deadline() const;
+
   ViewCore& core() { return core_; }
   const ViewCore& core() const { return core_; }
   const std::string& server() const { return server_; }

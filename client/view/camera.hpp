@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "client/view/surface.hpp"
+#include "client/viewer/surface.hpp"
 
 namespace palpate {
 

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "client/view/surface.hpp"
+#include "client/viewer/surface.hpp"
 
 namespace palpate {
 

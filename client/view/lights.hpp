@@ -2,9 +2,9 @@
 #pragma once
 
 #include "client/view/camera.hpp"
-#include "client/view/color.hpp"
 #include "client/view/gl_objects.hpp"
 #include "client/view/sight.hpp"
+#include "client/viewer/color.hpp"
 
 namespace palpate {
 

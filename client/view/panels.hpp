@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "client/view/history.hpp"
+#include "client/viewer/history.hpp"
 
 namespace palpate {
 

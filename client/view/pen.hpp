@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "client/view/color.hpp"
+#include "client/viewer/color.hpp"
 
 namespace palpate {
 

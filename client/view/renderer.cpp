@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/view/color.hpp"
 #include "client/view/round_125.hpp"
 #include "client/view/shaders.hpp"
+#include "client/viewer/color.hpp"
 
 namespace palpate {
 namespace {

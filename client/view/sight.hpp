@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "client/view/surface.hpp"
+#include "client/viewer/surface.hpp"
 #include "common/wire/messages.hpp"
 
 namespace palpate {

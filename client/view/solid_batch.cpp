@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "client/view/color.hpp"
+#include "client/viewer/color.hpp"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/view/color.hpp"
+#include "client/viewer/color.hpp"
 
 namespace palpate {
 namespace {

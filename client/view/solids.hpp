@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "client/view/surface.hpp"
+#include "client/viewer/surface.hpp"
 
 namespace palpate {
 

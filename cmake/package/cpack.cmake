@@ -78,6 +78,11 @@ describe(palpate-view "touch of a deformable body over a network: viewer
 Shows the body that palpate-server simulates and the tools that touch it, in
 a window or as pictures without a display; the mouse can be a hand."
   DEPENDS "libegl1, libgl1, fonts-dejavu-core" RECOMMENDS "libgl1-mesa-dri" SUGGESTS "palpate-doc")
+describe(palpate-web "touch of a deformable body over a network: page for browsers
+Shows the body that palpate-server simulates or a recording holds, and every
+hand on it with its force, link and scheme, to browsers of this machine, or of
+others that have a password."
+  SUGGESTS "palpate-doc")
 describe(palpate-lab "touch of a deformable body over a network: experiments
 Measures what a hand feels of delay, jitter and loss beside the full model at
 1 kHz, in real runs, in recordings and in virtual time; repeats the published

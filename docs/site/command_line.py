@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 PAGE = "docs/reference/command-line.md"
-PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", "palpate-fidelity", "palpate-key")
+PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-web", "palpate-relay", "palpate-fidelity", "palpate-key")
 KEY_COMMANDS = ("new", "trust", "admit", "show", "issue")
 HEAD = """# Command line
 

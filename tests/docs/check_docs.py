@@ -23,7 +23,7 @@ PAST = ("docs/notebook.md", "CHANGELOG.md")  # say what was typed then
 FENCE = re.compile(r"^\s*(```+|~~~+)\s*(\S*)")
 LINK = re.compile(r"\]\(\s*<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\s*\)|(?:src|srcset|href)=\"([^\"]+)\"")
 HEADING = re.compile(r"^(#{1,6})\s+(.*?)\s*#*$")
-PROGRAM = re.compile(r"^(?:\S*/)?(palpate-(?:server|client|view|relay|fidelity|lab|key)|dev)$")
+PROGRAM = re.compile(r"^(?:\S*/)?(palpate-(?:server|client|view|web|relay|fidelity|lab|key)|dev)$")
 FLAG = re.compile(r"--[a-z][a-z0-9-]*")
 NAMED_FILE = re.compile(r"<!--\s*(\S+)\s*-->")
 

@@ -24,6 +24,7 @@ PROGRAMS = {  # package: its programs
     "palpate-client": ["palpate-client", "palpate-relay"],
     "palpate-key": ["palpate-key"],
     "palpate-view": ["palpate-view"],
+    "palpate-web": ["palpate-web"],
     "palpate-lab": ["palpate-fidelity", "palpate-lab"],
 }
 HOLDS = {  # package: files beside programs and texts that have to be there
@@ -31,6 +32,7 @@ HOLDS = {  # package: files beside programs and texts that have to be there
     "palpate-client": ["usr/share/doc/palpate-client/examples/limits.conf", "lib/udev/rules.d/60-palpate.rules", "usr/share/lintian/overrides/palpate-client"],
     "palpate-key": ["usr/share/man/man1/palpate-key-issue.1.gz"],
     "palpate-view": [],
+    "palpate-web": [],
     "palpate-lab": ["usr/share/man/man1/palpate-lab-replay.1.gz"],
     "palpate-data": ["usr/share/palpate/scenes/organ.json", "usr/share/palpate/scenes/motions/organ-tour.csv"],
     "palpate-doc": ["usr/share/doc/palpate/README.md", "usr/share/doc/palpate/reference/scenes.md"],

@@ -1,14 +1,13 @@
 #include "client/view/app/recorded_source.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <thread>
 
 #include "client/view/app/session.hpp"
+#include "client/viewer/status_line.hpp"
 #include "common/base/error.hpp"
 
 namespace palpate {
@@ -37,12 +36,9 @@ Scales RecordedSource::scales() const {
 }
 
 Caption RecordedSource::caption(Micros now, const std::vector<ToolView>&) {
-  const RecordingHead& head = recording_.head();
-  Caption caption{head.name, "", ""};
-  const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
+  Caption caption{recording_.head().name, "", ""};
   caption.status = channel_ == ShapeChannel::position
-                       ? fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:.3g} shapes a second    {} triangles", made,
-                                     head.shapes_hz, scene_.mesh().triangles.size())
+                       ? status_line(recording_.head(), scene_.mesh().triangles.size())
                        : "neither tensions nor the reach of patches are recorded: colours show displacement";
   caption.panels = {
       .room = &room_, .late_known = false, .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = clock_.at(now)};

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "client/view/app/view_source.hpp"
-#include "client/view/recorded_scene.hpp"
-#include "client/view/replay_clock.hpp"
+#include "client/viewer/recorded_scene.hpp"
+#include "client/viewer/replay_clock.hpp"
 #include "common/io/mapped_file.hpp"
 
 namespace palpate {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "client/viewer/status_line.hpp"
 #include "common/base/error.hpp"
 #include "common/io/monotonic.hpp"
 
@@ -92,23 +93,11 @@ void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
   patch_ages_.forget(now);
 }
 
-std::string ViewSession::status(Micros now) const {
-  if (core().link() != LinkState::joined) return "the server was lost; its last shape is shown";
-  if (!core().heard_lately(now))
-    return fmt::format("the server has been silent for {:.1f} s; its last shape is shown", seconds(core().silence(now)));
-  const int shapes = core().shapes_lately(now);
-  const std::string body = fmt::format("{} triangles", core().mesh().triangles.size());
-  if (shapes == 0 || core().room().asleep) return body + "    at rest";
-  const char* const starved = core().room().starved ? "    the server's machine is overloaded" : "";
-  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}", body, shapes, shapes == 1 ? "" : "s",
-                     1e3 * seconds(core().lateness(now)), starved);
-}
-
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   if (core().link() == LinkState::refused) return {"refused", core().refusal(), ""};
   if (!core().ready()) return {"palpate", (udp_.nobody_listens() ? "nothing listens at " : "waiting for ") + server(), ""};
   remember(now, tools);
-  Caption caption{core().welcome().scene, status(now), ""};
+  Caption caption{core().welcome().scene, status_line(core(), now), ""};
   caption.panels = {.room = &core().room(),
                     .holds = core().heard_lately(now),
                     .forces = &forces_,

@@ -49,7 +49,6 @@ class ViewSession : public ViewSource {
  private:
   void pump_recording();
   void remember(Micros now, const std::vector<ToolView>& tools);
-  std::string status(Micros now) const;
 
   UdpViewer udp_;
   History forces_, patch_ages_;

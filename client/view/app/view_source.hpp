@@ -1,8 +1,8 @@
 // The source of the viewer's picture: a server's room, or a recording of one.
 #pragma once
 
-#include "client/view/hues.hpp"
 #include "client/view/stage.hpp"
+#include "client/viewer/hues.hpp"
 #include "client/viewer/view_core.hpp"
 
 namespace palpate {

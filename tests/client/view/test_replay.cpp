@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "client/view/recorded_scene.hpp"
 #include "client/view/replay_bar.hpp"
-#include "client/view/replay_clock.hpp"
+#include "client/viewer/recorded_scene.hpp"
+#include "client/viewer/replay_clock.hpp"
 #include "common/base/error.hpp"
 #include "tests/common/record/small_recording.hpp"
 

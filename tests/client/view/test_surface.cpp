@@ -2,9 +2,9 @@
 
 #include "client/view/camera.hpp"
 #include "client/view/cavity.hpp"
-#include "client/view/color.hpp"
 #include "client/view/round_125.hpp"
 #include "client/view/stage.hpp"
+#include "client/viewer/color.hpp"
 #include "tests/client/view/demo_body.hpp"
 
 using namespace palpate;

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "client/view/recorded_scene.hpp"
 #include "client/view/view_recorder.hpp"
+#include "client/viewer/recorded_scene.hpp"
 #include "client/viewer/view_core.hpp"
 #include "common/base/limits.hpp"
 #include "server/core/server_core.hpp"

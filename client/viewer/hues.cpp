@@ -1,4 +1,4 @@
-#include "client/view/hues.hpp"
+#include "client/viewer/hues.hpp"
 
 #include <algorithm>
 

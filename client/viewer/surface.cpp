@@ -1,4 +1,4 @@
-#include "client/view/surface.hpp"
+#include "client/viewer/surface.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

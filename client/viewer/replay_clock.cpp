@@ -1,4 +1,4 @@
-#include "client/view/replay_clock.hpp"
+#include "client/viewer/replay_clock.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "client/view/color.hpp"
-#include "client/view/hues.hpp"
+#include "client/viewer/color.hpp"
+#include "client/viewer/hues.hpp"
 
 using namespace palpate;
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/view/color.hpp"
+#include "client/viewer/color.hpp"
 #include "common/wire/messages.hpp"
 
 namespace palpate {

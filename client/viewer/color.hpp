@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "client/view/surface.hpp"
+#include "client/viewer/surface.hpp"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "client/view/history.hpp"
+#include "client/viewer/history.hpp"
 
 #include <algorithm>
 

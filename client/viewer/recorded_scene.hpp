@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "client/view/history.hpp"
+#include "client/viewer/history.hpp"
 #include "client/viewer/view_core.hpp"
 #include "common/record/reader.hpp"
 

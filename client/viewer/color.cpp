@@ -1,4 +1,4 @@
-#include "client/view/color.hpp"
+#include "client/viewer/color.hpp"
 
 #include <algorithm>
 #include <cmath>

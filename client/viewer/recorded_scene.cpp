@@ -1,4 +1,4 @@
-#include "client/view/recorded_scene.hpp"
+#include "client/viewer/recorded_scene.hpp"
 
 #include <algorithm>
 #include <iterator>

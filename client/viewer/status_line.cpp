@@ -1,0 +1,27 @@
+#include "client/viewer/status_line.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+
+namespace palpate {
+
+std::string status_line(const ViewCore& core, Micros now) {
+  if (core.link() != LinkState::joined) return "the server was lost; its last shape is shown";
+  if (!core.heard_lately(now))
+    return fmt::format("the server has been silent for {:.1f} s; its last shape is shown", seconds(core.silence(now)));
+  const int shapes = core.shapes_lately(now);
+  const std::string body = fmt::format("{} triangles", core.mesh().triangles.size());
+  if (shapes == 0 || core.room().asleep) return body + "    at rest";
+  const char* const starved = core.room().starved ? "    the server's machine is overloaded" : "";
+  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}", body, shapes, shapes == 1 ? "" : "s",
+                     1e3 * seconds(core.lateness(now)), starved);
+}
+
+std::string status_line(const RecordingHead& head, std::size_t triangles) {
+  const std::chrono::sys_seconds made{std::chrono::duration_cast<std::chrono::seconds>(head.unix_time)};
+  return fmt::format("recorded {:%Y-%m-%d %H:%M} UTC    {:.3g} shapes a second    {} triangles", made, head.shapes_hz, triangles);
+}
+
+}  // namespace palpate

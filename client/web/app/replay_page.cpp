@@ -1,0 +1,112 @@
+#include "client/web/app/replay_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/viewer/status_line.hpp"
+#include "common/io/monotonic.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::uint32_t kOnlyMesh = 1;
+constexpr double kMostSteps = 1e6, kFarthestS = 1e9;
+
+}  // namespace
+
+ReplayPage::ReplayPage(const std::string& file)
+    : bytes_(file),
+      recording_(bytes_.bytes(), file),
+      scene_(recording_, file),
+      unit_m_(shape_unit_m(scene_.mesh().triangles, scene_.rest())) {}
+
+std::string ReplayPage::damage() const {
+  if (scene_.damaged_blocks() > 0)
+    return fmt::format("{} of {} blocks are damaged and left out", scene_.damaged_blocks(), recording_.blocks().size());
+  return recording_.complete() ? "" : recording_.damage() + "; what can be read is shown";
+}
+
+void ReplayPage::joined(BrowserId id) { browsers_.emplace(id, Watcher{ReplayClock(scene_.begin(), scene_.end())}); }
+
+void ReplayPage::said(BrowserId id, std::string_view text) {
+  const auto at = browsers_.find(id);
+  if (at == browsers_.end()) return;
+  Watcher& watcher = at->second;
+  const PageRequest request = read_request(text);
+  const Micros now = monotonic_now();
+  using Kind = PageRequest::Kind;
+  switch (request.kind) {
+    case Kind::none:
+      return;
+    case Kind::seek:
+      watcher.clock.seek(from_seconds(std::clamp(request.value, -kFarthestS, kFarthestS)), now);
+      break;
+    case Kind::play:
+      if (!watcher.clock.playing(now)) watcher.clock.toggle(now);
+      break;
+    case Kind::pause:
+      watcher.clock.pause(now);
+      break;
+    case Kind::speed:
+      watcher.clock.double_speed(static_cast<int>(std::lround(std::clamp(request.value, -10.0, 10.0))), now);
+      break;
+    case Kind::step:
+      watcher.clock.pause(now);
+      watcher.clock.seek(
+          watcher.clock.at(now) + std::lround(std::clamp(request.value, -kMostSteps, kMostSteps)) * scene_.period(), now);
+      break;
+  }
+  watcher.sought = request.kind != Kind::pause && request.kind != Kind::speed;
+  next_shape_ = next_room_ = now;
+}
+
+void ReplayPage::greet(WebServer& web, BrowserId id) {
+  web.send(id, Slot::hello,
+           text_packet(hello_message({.program = kPageProgram,
+                                      .live = false,
+                                      .begin_s = seconds(scene_.begin()),
+                                      .end_s = seconds(scene_.end()),
+                                      .period_s = seconds(scene_.period()),
+                                      .course = scene_.course(),
+                                      .force_max_n = scene_.force_max_n(),
+                                      .displacement_max_m = scene_.displacement_max_m()})));
+  web.send(id, Slot::mesh, binary_packet(mesh_frame(scene_.mesh(), scene_.rest(), kOnlyMesh, unit_m_)));
+}
+
+Micros ReplayPage::tick(WebServer& web, Micros now) {
+  const bool shape_due = now >= next_shape_, room_due = now >= next_room_;
+  if (shape_due) next_shape_ = now + kShapeEvery;
+  if (room_due) next_room_ = now + kRoomEvery;
+  for (auto& [id, watcher] : browsers_) {
+    if (shape_due) {
+      if (std::exchange(watcher.fresh, false)) greet(web, id);
+      const Micros t = watcher.clock.at(now);
+      if (std::exchange(watcher.sought, false)) {
+        History forces, patch_ages;
+        scene_.plot(t, forces, patch_ages);
+        web.send(id, Slot::history, text_packet(history_message(forces)));
+      }
+      if (std::exchange(watcher.shown, t) != t)
+        web.send(id, Slot::shape, binary_packet(shape_frame(scene_.at(t), scene_.rest(), kOnlyMesh, unit_m_)));
+    }
+    if (!room_due) continue;
+    const ReplayClock& clock = watcher.clock;
+    const RoomView room = scene_.room_at(clock.at(now));
+    const std::string missing = damage();
+    web.send(id, Slot::room,
+             text_packet(room_message({.title = recording_.head().name,
+                                       .status = status_line(recording_.head(), scene_.mesh().triangles.size()) +
+                                                 (missing.empty() ? "" : "    " + missing),
+                                       .live = false,
+                                       .late_known = false,
+                                       .t_s = seconds(clock.at(now)),
+                                       .speed = clock.speed(),
+                                       .playing = clock.playing(now),
+                                       .room = &room})));
+  }
+  return std::min(next_shape_, next_room_);
+}
+
+}  // namespace palpate

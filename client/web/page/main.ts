@@ -1,0 +1,373 @@
+// The page: what palpate-web sends, drawn and said; keys and buttons.
+import { contextOf, ForcePlot } from "./plot";
+import { readBinary, type Hello, type Recording, type Room, type Shape, type Station, type TextMessage } from "./protocol";
+import { lengthText } from "./scales";
+import { BodyScene } from "./scene";
+import { markElement, Marks } from "./stations";
+
+const RETRY_MS = [500, 1000, 2000, 4000];
+const SILENT_MS = 3000;
+const FIGURES_EVERY_MS = 200; // numbers that change faster cannot be read
+
+function element<E extends HTMLElement>(id: string): E {
+  return document.getElementById(id) as E;
+}
+
+let marks = new Marks(["#0f99a8"]);
+const scene = new BodyScene(element<HTMLCanvasElement>("body"), element("stage"), () => marks);
+const plot = new ForcePlot(element<HTMLCanvasElement>("plot"));
+const seek = element<HTMLInputElement>("seek");
+
+let socket: WebSocket | null = null;
+let tries = 0;
+let heardAt = 0;
+let recording: Recording | null = null;
+let room: Room | null = null;
+let newest: Shape | null = null; // the one to draw next
+let shape: Shape | null = null; // the one that is drawn
+let palette: string[] = [];
+let scrubbing = false;
+let figuresAt = 0;
+let figuresDue = false;
+
+// --- connection ----------------------------------------------------------------------------------------------------------
+
+function connect(): void {
+  const address = new URL("live", location.href);
+  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+  address.search = address.hash = "";
+  socket = new WebSocket(address);
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => (tries = 0);
+  socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
+    heardAt = performance.now();
+    if (typeof event.data === "string") takeText(JSON.parse(event.data) as TextMessage);
+    else takeBinary(event.data);
+  };
+  socket.onclose = () => {
+    room = null;
+    showLink("lost", "no connection");
+    element("status").textContent = "the connection to palpate-web is lost; trying again";
+    document.body.classList.add("stale");
+    setTimeout(connect, RETRY_MS[Math.min(tries++, RETRY_MS.length - 1)]);
+  };
+}
+
+function request(what: Record<string, number | boolean>): void {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
+}
+
+function takeBinary(bytes: ArrayBuffer): void {
+  const message = readBinary(bytes);
+  if (message === null) return;
+  if ("mesh" in message) {
+    scene.setMesh(message.mesh);
+    element("legend").hidden = false;
+  } else {
+    newest = message.shape;
+    plot.add(message.shape.t, message.shape.tools);
+  }
+}
+
+function takeText(message: TextMessage): void {
+  if (message.type === "hello") takeHello(message);
+  else if (message.type === "history") plot.begin(message);
+  else if (message.type === "room") {
+    room = message;
+    showRoom();
+  }
+}
+
+function takeHello(hello: Hello): void {
+  if (palette.length === 0) marks = new Marks(hello.stations);
+  palette = hello.palette;
+  scene.setPalette(hello.palette, hello.held);
+  element("program").textContent = hello.program;
+  recording = hello.recording ?? null;
+  document.body.classList.toggle("replayed", recording !== null);
+  for (const key of document.querySelectorAll<HTMLElement>(".replay-key")) key.hidden = recording === null;
+  element("replay").hidden = recording === null;
+  if (recording) {
+    scene.expect(recording.displacement_max_m, recording.force_max_n);
+    seek.max = String(recording.end - recording.begin);
+    seek.step = String(recording.period);
+    drawCourse();
+  }
+  element("held").style.background = hello.held;
+  const pen = element<HTMLCanvasElement>("palette").getContext("2d")!;
+  hello.palette.forEach((color, i) => {
+    pen.fillStyle = color;
+    pen.fillRect(i, 0, 1, 8);
+  });
+}
+
+// --- what is said --------------------------------------------------------------------------------------------------------
+
+function showLink(state: "live" | "replay" | "waiting" | "lost", text: string): void {
+  const link = element("link");
+  link.dataset.state = state;
+  if (link.textContent !== text) link.textContent = text;
+}
+
+function showRoom(): void {
+  if (!room) return;
+  const say = (id: string, text: string) => {
+    const target = element(id);
+    if (target.textContent !== text) target.textContent = text;
+  };
+  say("title", room.title);
+  say("status", room.status.replace(/ {4}/g, "  \u00b7  "));
+  document.title = `${room.title} \u2013 Palpate`;
+  document.body.classList.toggle("stale", room.live && !room.heard);
+  if (!room.live) showLink("replay", room.playing ? "playing" : "paused");
+  else if (room.heard) showLink("live", "live");
+  else showLink("waiting", shape ? "server silent" : "waiting");
+  showFigures();
+  if (recording) {
+    const at = room.t - recording.begin;
+    if (!scrubbing) seek.value = String(at);
+    const text = `${clockText(at)} / ${clockText(recording.end - recording.begin)}`;
+    say("clock", text);
+    seek.setAttribute("aria-valuetext", clockText(at));
+    say("speed", room.speed >= 1 ? `${room.speed}\u00d7` : `1/${1 / room.speed}\u00d7`);
+    element("play").setAttribute("aria-label", room.playing ? "Pause" : "Play");
+    element("play-shape").setAttribute("d", room.playing ? "M5 3h4v14H5zM11 3h4v14h-4z" : "M5 3l12 7-12 7z");
+  }
+}
+
+function clockText(s: number): string {
+  const minutes = Math.floor(s / 60);
+  const rest = (Math.floor(10 * (s - 60 * minutes)) / 10).toFixed(1);
+  return `${minutes}:${rest.padStart(4, "0")}`;
+}
+
+function figure(name: string, value: string, unit = ""): HTMLElement {
+  const box = document.createElement("div");
+  const head = document.createElement("dt");
+  head.textContent = name;
+  const body = document.createElement("dd");
+  body.textContent = value;
+  if (unit) {
+    const small = document.createElement("small");
+    small.textContent = ` ${unit}`;
+    body.append(small);
+  }
+  box.append(head, body);
+  return box;
+}
+
+function number(value: number | null | undefined, digits: number): string {
+  return value === null || value === undefined ? "\u2013" : value.toFixed(value >= 10 ? 0 : digits);
+}
+
+function stationElement(name: string, facts: Station | undefined, force: number | null): HTMLElement {
+  const box = document.createElement("article");
+  box.className = "station";
+  box.dataset.station = name;
+  const who = document.createElement("div");
+  who.className = "who";
+  const title = document.createElement("span");
+  title.className = "name";
+  title.textContent = title.title = name;
+  const felt = document.createElement("span");
+  felt.className = "force";
+  felt.textContent = force === null ? "\u2013" : force.toFixed(2);
+  const unit = document.createElement("small");
+  unit.textContent = " N";
+  felt.append(unit);
+  who.append(markElement(marks.of(name)), title, felt);
+  box.append(who);
+  if (facts && room?.heard) {
+    const note = document.createElement("p");
+    note.className = "note";
+    note.textContent = (facts.reason ?? facts.scheme) + (facts.states > 0 ? `; ${facts.states} states` : "");
+    const links = document.createElement("dl");
+    links.className = "links";
+    links.append(
+      figure("round trip", number(facts.rtt_ms, 1), "ms"),
+      figure("jitter", number(facts.jitter_ms, 1), "ms"),
+      figure("loss", number(facts.loss_pct, 1), "%"),
+      figure("patch age", number(facts.age_ms, 0), "ms"),
+    );
+    if (facts.late !== undefined) links.append(figure("late ticks", String(facts.late)));
+    box.append(note, links);
+  }
+  return box;
+}
+
+function showFigures(): void {
+  if (!room) return;
+  figuresAt = performance.now();
+  figuresDue = false;
+  const tools = shape?.tools ?? [];
+  const names = [...new Set([...tools.map((tool) => tool.station), ...room.stations.map((station) => station.name)])];
+  const list = element("stations");
+  if (names.length === 0) {
+    const nobody = document.createElement("p");
+    nobody.className = "nobody";
+    nobody.textContent = "nobody touches the body";
+    list.replaceChildren(nobody);
+  } else {
+    list.replaceChildren(
+      ...names.map((name) => {
+        const tool = tools.find((other) => other.station === name);
+        const facts = room?.stations.find((station) => station.name === name);
+        return stationElement(name, facts, tool ? Math.hypot(...tool.force) : null);
+      }),
+    );
+  }
+  const known = room.heard && room.rate_hz ? room : null;
+  element("figures").replaceChildren(
+    figure("nodes", room.nodes ? String(room.nodes) : "\u2013"),
+    figure("frames", room.asleep ? "asleep" : number(known?.rate_hz, 0), room.asleep || !known ? "" : "/s"),
+    figure("each took", number(known?.frame_ms, 1), known ? "ms" : ""),
+    figure("real-time", number(known?.real_time, 1), known ? "\u00d7" : ""),
+  );
+}
+
+function showLegend(): void {
+  const legend = scene.legend;
+  element("half").textContent = lengthText(legend.most_m / 2);
+  element("most").textContent = lengthText(legend.most_m);
+  element("contours").textContent = `a line every ${lengthText(legend.contour_m)}`;
+  element("arrows").textContent = `1 N is ${lengthText(legend.arrow_m_per_n)}, the grid ${lengthText(legend.grid_m)}`;
+}
+
+function showLabels(): void {
+  const box = element("labels");
+  const labels = scene.labels().filter((label) => label.shown);
+  const placed: DOMRect[] = [];
+  while (box.children.length > labels.length) box.lastElementChild!.remove();
+  labels.forEach((label, i) => {
+    let target = box.children[i] as HTMLElement | undefined;
+    const name = label.tool.station;
+    if (!target || target.dataset.station !== name) {
+      const made = document.createElement("div");
+      made.className = "label";
+      made.dataset.station = name;
+      const title = document.createElement("span");
+      title.textContent = name;
+      made.append(markElement(marks.of(name)), title, document.createElement("b"));
+      if (target) target.replaceWith(made);
+      else box.append(made);
+      target = made;
+    }
+    target.lastElementChild!.textContent = label.tool.contact ? `${Math.hypot(...label.tool.force).toFixed(2)} N` : "free";
+    const { offsetWidth: width, offsetHeight: height } = target;
+    const x = Math.min(Math.max(label.x + 16, 4), box.clientWidth - width - 4);
+    let y = Math.min(Math.max(label.y - 14, 4), box.clientHeight - height - 4);
+    for (const other of placed)
+      if (x < other.right && x + width > other.left && y < other.bottom && y + height > other.top) y = other.bottom + 3;
+    placed.push(new DOMRect(x, y, width, height));
+    target.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
+  });
+}
+
+function drawCourse(): void {
+  if (!recording) return;
+  const { pen, width, height } = contextOf(element<HTMLCanvasElement>("course"));
+  const style = getComputedStyle(document.documentElement);
+  pen.fillStyle = style.getPropertyValue("--soft");
+  pen.globalAlpha = 0.4;
+  const step = (width - 16) / Math.max(recording.course.length, 1);
+  recording.course.forEach((share, i) => pen.fillRect(8 + i * step, height - 2 - 0.9 * share * (height - 4), Math.max(step, 0.6), 0.9 * share * (height - 4)));
+}
+
+// --- pictures ------------------------------------------------------------------------------------------------------------
+
+function draw(): void {
+  requestAnimationFrame(draw);
+  const now = performance.now();
+  let changed = false;
+  if (newest) {
+    const sought = shape === null || Math.abs(newest.t - shape.t) > 0.5 || newest.tools.length !== shape.tools.length;
+    if (sought) figuresAt = 0; // another moment: its figures at once
+    scene.setShape((shape = newest));
+    newest = null;
+    changed = true;
+    document.documentElement.dataset.shapes = String(Number(document.documentElement.dataset.shapes ?? 0) + 1);
+  }
+  if (scene.draw() || changed) showLabels();
+  if (changed) {
+    showLegend();
+    plot.draw(marks, getComputedStyle(document.documentElement));
+    figuresDue = true;
+  }
+  if (figuresDue && now - figuresAt > FIGURES_EVERY_MS) showFigures();
+  if (socket?.readyState === WebSocket.OPEN && now - heardAt > SILENT_MS) showLink("waiting", "palpate-web is silent");
+}
+
+function setTheme(dark: boolean, keep: boolean): void {
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  if (keep) localStorage.setItem("theme", dark ? "dark" : "light");
+  const style = getComputedStyle(document.documentElement);
+  scene.setTheme(dark, style.getPropertyValue("--grid").trim());
+  plot.draw(marks, style);
+  drawCourse();
+}
+
+// --- keys and buttons ----------------------------------------------------------------------------------------------------
+
+const isDark = () => document.documentElement.dataset.theme === "dark";
+const play = () => request({ play: !(room?.playing ?? false) });
+const jump = (by: number) => recording && request({ seek: recording.begin + Number(seek.value) + by });
+
+const KEYS: Record<string, () => void> = {
+  ArrowLeft: () => scene.orbit(-0.12, 0),
+  ArrowRight: () => scene.orbit(0.12, 0),
+  ArrowUp: () => scene.orbit(0, 0.1),
+  ArrowDown: () => scene.orbit(0, -0.1),
+  "+": () => scene.zoom(1.15),
+  "=": () => scene.zoom(1.15),
+  "-": () => scene.zoom(1 / 1.15),
+  "0": () => scene.fit(),
+  "1": () => scene.fit(-Math.PI / 2, 0.05),
+  "2": () => scene.fit(0, 0.05),
+  "3": () => scene.fit(-Math.PI / 2, 1.55),
+  d: () => setTheme(!isDark(), true),
+  "?": () => element<HTMLDialogElement>("help").showModal(),
+};
+const REPLAY_KEYS: Record<string, () => void> = {
+  " ": play,
+  j: () => jump(-5),
+  l: () => jump(5),
+  ",": () => request({ step: -1 }),
+  ".": () => request({ step: 1 }),
+  "[": () => request({ speed: -1 }),
+  "]": () => request({ speed: 1 }),
+};
+
+window.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || element<HTMLDialogElement>("help").open) return;
+  const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  if (event.target === seek && key.startsWith("Arrow")) return; // the slider's own
+  if (event.target instanceof HTMLButtonElement && key === " ") return;
+  const action = KEYS[key] ?? (recording ? REPLAY_KEYS[key] : undefined);
+  if (!action) return;
+  event.preventDefault();
+  action();
+});
+element("theme").addEventListener("click", KEYS.d);
+element("reset").addEventListener("click", () => scene.fit());
+element("keys").addEventListener("click", KEYS["?"]);
+element("play").addEventListener("click", play);
+element("back").addEventListener("click", REPLAY_KEYS[","]);
+element("forth").addEventListener("click", REPLAY_KEYS["."]);
+element("slower").addEventListener("click", REPLAY_KEYS["["]);
+element("faster").addEventListener("click", REPLAY_KEYS["]"]);
+seek.addEventListener("pointerdown", () => (scrubbing = true));
+for (const end of ["pointerup", "pointercancel", "change"]) seek.addEventListener(end, () => (scrubbing = false));
+seek.addEventListener("input", () => recording && request({ seek: recording.begin + Number(seek.value) }));
+window.addEventListener("resize", () => {
+  drawCourse();
+  plot.draw(marks, getComputedStyle(document.documentElement));
+});
+
+const kept = localStorage.getItem("theme");
+const system = matchMedia("(prefers-color-scheme: dark)");
+setTheme(kept ? kept === "dark" : system.matches, false);
+system.addEventListener("change", () => localStorage.getItem("theme") ?? setTheme(system.matches, false));
+showFigures();
+plot.draw(marks, getComputedStyle(document.documentElement));
+connect();
+requestAnimationFrame(draw);

@@ -1,0 +1,175 @@
+// Messages of palpate-web (client/web/web_frames.hpp, docs/reference/web.md).
+
+export interface Tool {
+  station: string;
+  contact: boolean;
+  buttons: number;
+  position: [number, number, number]; // [m]
+  force: [number, number, number]; // on the tool [N]
+  orientation: [number, number, number, number] | null; // quaternion x y z w; null: a device of three degrees of freedom
+}
+
+export interface Mesh {
+  version: number;
+  unit: number; // [m] of a step of displacement
+  rest: Float32Array; // x y z of each vertex [m]
+  held: Uint8Array; // 1: the vertex never moves
+  triangles: Uint32Array;
+}
+
+export interface Shape {
+  version: number; // of the mesh
+  t: number; // [s]
+  tools: Tool[];
+  blocks: DataView; // displacements, for applyBlocks()
+}
+
+export interface Station {
+  name: string;
+  rtt_ms: number | null;
+  jitter_ms: number | null;
+  age_ms: number | null;
+  loss_pct: number | null;
+  scheme: string;
+  states: number;
+  reason?: string;
+  late?: number;
+}
+
+export interface Room {
+  type: "room";
+  title: string;
+  status: string;
+  live: boolean;
+  heard: boolean;
+  t: number;
+  speed: number;
+  playing: boolean;
+  stations: Station[];
+  nodes?: number;
+  rate_hz?: number | null;
+  frame_ms?: number | null;
+  real_time?: number | null;
+  asleep?: boolean;
+  starved?: boolean;
+}
+
+export interface Recording {
+  begin: number;
+  end: number;
+  period: number;
+  course: number[];
+  force_max_n: number;
+  displacement_max_m: number;
+}
+
+export interface Hello {
+  type: "hello";
+  program: string;
+  live: boolean;
+  palette: string[];
+  stations: string[];
+  held: string;
+  recording?: Recording;
+}
+
+export interface History {
+  type: "history";
+  span_s: number;
+  series: { station: string; points: [number, number][] }[];
+}
+
+export type TextMessage = Room | Hello | History;
+
+export const BLOCK_VERTICES = 64;
+
+class Reader {
+  at = 0;
+  constructor(readonly view: DataView) {}
+  u8(): number {
+    return this.view.getUint8(this.at++);
+  }
+  u32(): number {
+    this.at += 4;
+    return this.view.getUint32(this.at - 4, true);
+  }
+  f32(): number {
+    this.at += 4;
+    return this.view.getFloat32(this.at - 4, true);
+  }
+  f64(): number {
+    this.at += 8;
+    return this.view.getFloat64(this.at - 8, true);
+  }
+  text(bytes: number): string {
+    this.at += bytes;
+    return new TextDecoder().decode(new Uint8Array(this.view.buffer, this.view.byteOffset + this.at - bytes, bytes));
+  }
+}
+
+function readTool(from: Reader): Tool {
+  const flags = from.u8();
+  const buttons = from.u32();
+  const position: Tool["position"] = [from.f32(), from.f32(), from.f32()];
+  const force: Tool["force"] = [from.f32(), from.f32(), from.f32()];
+  const orientation: Tool["orientation"] = flags & 2 ? [from.f32(), from.f32(), from.f32(), from.f32()] : null;
+  return { contact: (flags & 1) !== 0, buttons, position, force, orientation, station: from.text(from.u8()) };
+}
+
+/** Reads a binary message; throws RangeError for one that is cut. */
+export function readBinary(bytes: ArrayBuffer): { mesh: Mesh } | { shape: Shape } | null {
+  const from = new Reader(new DataView(bytes));
+  const kind = from.u8();
+  const version = from.u32();
+  if (kind === 1) {
+    const unit = from.f32();
+    const vertices = from.u32();
+    const triangles = from.u32();
+    const rest = new Float32Array(3 * vertices);
+    for (let i = 0; i < rest.length; ++i) rest[i] = from.f32();
+    const held = new Uint8Array(bytes.slice(from.at, from.at + vertices));
+    from.at += vertices;
+    const corners = new Uint32Array(3 * triangles);
+    for (let i = 0; i < corners.length; ++i) corners[i] = from.u32();
+    return { mesh: { version, unit, rest, held, triangles: corners } };
+  }
+  if (kind === 2) {
+    const t = from.f64();
+    const tools: Tool[] = [];
+    for (let n = from.u8(); n > 0; --n) tools.push(readTool(from));
+    return { shape: { version, t, tools, blocks: new DataView(bytes, from.at) } };
+  }
+  return null;
+}
+
+function signed24(view: DataView, at: number): number {
+  return ((view.getUint8(at) | (view.getUint8(at + 1) << 8) | (view.getUint8(at + 2) << 16)) << 8) >> 8;
+}
+
+/**
+ * Sets `moved` to the displacements [m] of the blocks (common/wire/shape_blocks.hpp); vertices of blocks that are missing are at
+ * rest. Returns the largest one.
+ */
+export function applyBlocks(blocks: DataView, unit: number, moved: Float32Array): number {
+  moved.fill(0);
+  let at = 0;
+  let most = 0;
+  while (at < blocks.byteLength) {
+    const first = BLOCK_VERTICES * (blocks.getUint16(at, true) | (blocks.getUint8(at + 2) << 16));
+    const vertices = blocks.getUint8(at + 3);
+    const bits = [blocks.getUint8(at + 4), blocks.getUint8(at + 5), blocks.getUint8(at + 6)];
+    const low = [signed24(blocks, at + 7), signed24(blocks, at + 10), signed24(blocks, at + 13)];
+    at += 16;
+    for (let k = 0; k < 3; ++k) {
+      for (let v = 0, bit = 0; v < vertices; ++v) {
+        let number = 0;
+        for (let b = 0; b < bits[k]; ++b, ++bit) number |= ((blocks.getUint8(at + (bit >> 3)) >> (bit & 7)) & 1) << b;
+        const index = 3 * (first + v) + k;
+        if (index < moved.length) moved[index] = unit * (low[k] + number);
+      }
+      at += (vertices * bits[k] + 7) >> 3;
+    }
+  }
+  for (let i = 0; i + 2 < moved.length; i += 3) most = Math.max(most, Math.hypot(moved[i], moved[i + 1], moved[i + 2]));
+  return most;
+}

@@ -1,0 +1,427 @@
+// The body and the tools, drawn by three.js with palpate-view's colours, instruments and scales.
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { applyBlocks, type Mesh, type Shape, type Tool } from "./protocol";
+import { Refinement } from "./refine";
+import { roundDown125, roundUp125 } from "./scales";
+import type { Marks } from "./stations";
+
+const LEAST_LEGEND_M = 0.001;
+const LEAST_FORCE_N = 0.5;
+const ARROW_SHARE = 0.24; // of the body's diagonal, for the strongest force seen
+const TIP_SHARE = 0.014; // radius of a tool's tip, of the diagonal
+const TAN_HALF_VIEW = 0.26;
+const FILL = 0.84; // share of the picture that the body with a tool above it may cover
+const LEAN = new THREE.Vector3(0.5, 0.36, 0.79); // shaft of a device without orientation
+const AZIMUTH = -0.95;
+const ELEVATION = 0.62;
+const UP = new THREE.Vector3(0, 0, 1);
+
+const LIGHT = { key: 2.1, rim: 0.9, sky: 0xdfe6ee, ground: 0xa89e96, ambient: 1.9, shadow: 0.26 };
+const DARK = { key: 2.1, rim: 1.1, sky: 0xaab6c8, ground: 0x4a4646, ambient: 1.35, shadow: 0.55 };
+
+// Radius, height along the shaft, both in radii of the tip, and colour: client/view/solids.cpp has the same profile.
+const STEEL = "#c9ced6";
+const GRIP = "#3a3f47";
+const TIP = "#efefec";
+const SECTIONS: { color: string | null; points: [number, number][] }[] = [
+  { color: TIP, points: Array.from({ length: 10 }, (_, i): [number, number] => [Math.sin(0.3 * i), -Math.cos(0.3 * i)]) },
+  { color: STEEL, points: [[0.43, 0.9], [0.4, 1.3], [0.44, 7], [0.95, 9]] },
+  { color: null, points: [[0.95, 9], [1, 9.15], [1, 10.6]] },
+  { color: GRIP, points: [[1, 10.6], [0.9, 10.75], [0.9, 12], [1.08, 12.6]] },
+  { color: STEEL, points: [[1.08, 12.6], [0.92, 22]] },
+  { color: GRIP, points: [[0.92, 22], [0.92, 22.6], [0.6, 23.2], [0, 23.4]] },
+];
+
+interface Instrument {
+  stylus: THREE.Group;
+  arrow: THREE.Group;
+  shaft: THREE.Mesh;
+  head: THREE.Mesh;
+}
+
+export interface Label {
+  tool: Tool;
+  x: number;
+  y: number;
+  shown: boolean;
+}
+
+export class BodyScene {
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly scene = new THREE.Scene();
+  private readonly camera = new THREE.PerspectiveCamera((2 * Math.atan(TAN_HALF_VIEW) * 180) / Math.PI, 1, 0.001, 10);
+  private readonly controls: OrbitControls;
+  private readonly sun = new THREE.DirectionalLight(0xfff4e6, 2.3);
+  private readonly rim = new THREE.DirectionalLight(0xcfdcf2, 1);
+  private readonly sky = new THREE.HemisphereLight();
+  private readonly floor = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.ShadowMaterial());
+  private grid: THREE.GridHelper | null = null;
+  private body: THREE.Mesh | null = null;
+  private mesh: Mesh | null = null;
+  private moved = new Float32Array();
+  private fine: Refinement | null = null;
+  private readonly box = new THREE.Box3();
+  private diagonal = 0.1;
+  private tools: Tool[] = [];
+  private readonly instruments = new Map<string, Instrument>();
+  private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M } };
+  private colorMost = LEAST_LEGEND_M;
+  private forcePeak = LEAST_FORCE_N;
+  private held = new THREE.Color();
+  private dirty = true;
+  private dark = false;
+  private layout = "";
+  private free = new DOMRect(0, 0, 1, 1);
+
+  /** Draws on the whole canvas, and puts the body into the middle of `place`, the part that nothing covers. */
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly place: HTMLElement,
+    private readonly marks: () => Marks,
+  ) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.VSMShadowMap;
+    this.camera.up.copy(UP);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
+    this.controls.addEventListener("change", () => (this.dirty = true));
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(1024, 1024);
+    this.sun.shadow.radius = 7;
+    this.sun.shadow.blurSamples = 16;
+    this.floor.receiveShadow = true;
+    this.scene.add(this.sun, this.sun.target, this.rim, this.rim.target, this.sky, this.floor);
+    this.setTheme(false, "#4d5c6b");
+  }
+
+  setTheme(dark: boolean, grid: string): void {
+    const look = dark ? DARK : LIGHT;
+    this.dark = dark;
+    this.sun.intensity = look.key;
+    this.rim.intensity = look.rim;
+    this.sky.color.set(look.sky);
+    this.sky.groundColor.set(look.ground);
+    this.sky.intensity = look.ambient;
+    this.sky.position.set(0, 0, 1);
+    (this.floor.material as THREE.ShadowMaterial).opacity = look.shadow;
+    this.layGrid(grid);
+    this.dirty = true;
+  }
+
+  setPalette(colors: string[], held: string): void {
+    const texels = new Uint8Array(4 * colors.length);
+    colors.forEach((css, i) => {
+      const rgb = parseInt(css.slice(1), 16);
+      texels.set([rgb >> 16, (rgb >> 8) & 255, rgb & 255, 255], 4 * i);
+    });
+    const texture = new THREE.DataTexture(texels, colors.length, 1, THREE.RGBAFormat);
+    texture.colorSpace = THREE.SRGBColorSpace;
+    texture.minFilter = texture.magFilter = THREE.LinearFilter;
+    texture.needsUpdate = true;
+    this.uniforms.palette.value = texture;
+    this.held.set(held);
+    this.dirty = true;
+  }
+
+  /** Extends the scales to known maxima. */
+  expect(moved_m: number, force_n: number): void {
+    this.colorMost = Math.max(this.colorMost, roundUp125(Math.max(moved_m, 1e-4)));
+    this.uniforms.most.value = this.colorMost;
+    this.forcePeak = Math.max(this.forcePeak, force_n);
+  }
+
+  get legend(): { most_m: number; contour_m: number; arrow_m_per_n: number; grid_m: number } {
+    return {
+      most_m: this.colorMost,
+      contour_m: roundUp125(0.199 * this.colorMost),
+      arrow_m_per_n: roundDown125((ARROW_SHARE * this.diagonal) / this.forcePeak),
+      grid_m: this.gridStep(),
+    };
+  }
+
+  setMesh(mesh: Mesh): void {
+    if (this.body) {
+      this.scene.remove(this.body);
+      this.body.geometry.dispose();
+      (this.body.material as THREE.Material).dispose();
+    }
+    const fits = this.mesh === null || this.mesh.rest.length !== mesh.rest.length;
+    this.mesh = mesh;
+    this.moved = new Float32Array(mesh.rest.length);
+    const fine = (this.fine = new Refinement(mesh.held.length, mesh.triangles));
+    const geometry = new THREE.BufferGeometry();
+    geometry.setIndex(new THREE.BufferAttribute(fine.triangles, 1));
+    const attribute = (name: string, size: number) => {
+      const made = new THREE.BufferAttribute(new Float32Array(size * fine.vertices), size).setUsage(THREE.DynamicDrawUsage);
+      geometry.setAttribute(name, made);
+      return made;
+    };
+    attribute("moved", 1);
+    const [position, normal, held] = [attribute("position", 3), attribute("normal", 3), attribute("held", 1)];
+    position.array.set(mesh.rest);
+    fine.place(position.array as Float32Array, normal.array as Float32Array);
+    held.array.set(mesh.held);
+    fine.average(held.array as Float32Array);
+    this.body = new THREE.Mesh(geometry, this.bodyMaterial());
+    this.body.castShadow = this.body.receiveShadow = true;
+    this.body.frustumCulled = false;
+    this.scene.add(this.body);
+    this.box.setFromBufferAttribute(position);
+    this.diagonal = Math.max(this.box.getSize(new THREE.Vector3()).length(), 1e-6);
+    const center = this.box.getCenter(new THREE.Vector3());
+    const d = this.diagonal;
+    this.floor.position.set(center.x, center.y, this.box.min.z);
+    this.floor.scale.setScalar(6 * d);
+    this.sun.target.position.copy(center);
+    this.sun.position.copy(center).add(new THREE.Vector3(-0.9 * d, -0.5 * d, 1.9 * d));
+    this.rim.target.position.copy(center);
+    this.rim.position.copy(center).add(new THREE.Vector3(0.9 * d, 1.3 * d, 0.5 * d));
+    Object.assign(this.sun.shadow.camera, { left: -d, right: d, top: d, bottom: -d, near: 0.2 * d, far: 5 * d });
+    this.sun.shadow.camera.updateProjectionMatrix();
+    this.sun.shadow.normalBias = 0.008 * d;
+    this.camera.near = 0.02 * d;
+    this.camera.far = 40 * d;
+    this.controls.minDistance = 0.3 * d;
+    this.controls.maxDistance = 20 * d;
+    this.layGrid();
+    if (fits) this.fit();
+    this.dirty = true;
+  }
+
+  private bodyMaterial(): THREE.Material {
+    const material = new THREE.MeshStandardMaterial({ roughness: 0.42, metalness: 0, side: THREE.DoubleSide });
+    material.onBeforeCompile = (shader) => {
+      shader.uniforms.palette = this.uniforms.palette;
+      shader.uniforms.most = this.uniforms.most;
+      shader.uniforms.heldColor = { value: this.held };
+      shader.vertexShader = shader.vertexShader
+        .replace("#include <common>", "#include <common>\nattribute float moved; attribute float held; varying float vMoved; varying float vHeld;")
+        .replace("#include <begin_vertex>", "#include <begin_vertex>\nvMoved = moved; vHeld = held;");
+      shader.fragmentShader = shader.fragmentShader
+        .replace("#include <common>", `#include <common>
+uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying float vMoved; varying float vHeld;`)
+        .replace("#include <color_fragment>", `#include <color_fragment>
+{
+  float s = clamp(vMoved / most, 0.0, 1.0);
+  vec3 tint = texture2D(palette, vec2(s, 0.5)).rgb;
+  float level = 5.0 * s;                       // contour lines at each fifth of the legend
+  float apart = fwidth(level);
+  float line = 1.0 - smoothstep(0.6, 1.4, abs(fract(level - 0.5) - 0.5) / max(apart, 1e-5));
+  tint *= 1.0 - 0.38 * line * smoothstep(0.5, 0.8, level) * (1.0 - smoothstep(0.25, 0.5, apart));
+  diffuseColor.rgb = mix(tint, heldColor, smoothstep(0.35, 0.65, vHeld));
+}`);
+    };
+    return material;
+  }
+
+  private gridStep(): number {
+    return roundDown125(this.diagonal / 6);
+  }
+
+  private layGrid(color?: string): void {
+    const strength = this.dark ? 0.3 : 0.32;
+    const ink = color ?? (this.grid ? `#${(this.grid.userData.color as THREE.Color).getHexString()}` : "#4d5c6b");
+    if (this.grid) {
+      this.scene.remove(this.grid);
+      this.grid.dispose();
+    }
+    const step = this.gridStep();
+    const lines = 24;
+    this.grid = new THREE.GridHelper(lines * step, lines, ink, ink);
+    this.grid.userData.color = new THREE.Color(ink);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.set(
+      step * Math.round(this.floor.position.x / step),
+      step * Math.round(this.floor.position.y / step),
+      this.box.isEmpty() ? 0 : this.box.min.z,
+    );
+    const material = this.grid.material as THREE.LineBasicMaterial;
+    material.transparent = true;
+    material.opacity = strength;
+    material.depthWrite = false;
+    // The grid fades out with the distance from the body.
+    const reach = 12 * step;
+    material.onBeforeCompile = (shader) => {
+      shader.uniforms.reach = { value: reach };
+      shader.vertexShader = shader.vertexShader
+        .replace("#include <common>", "#include <common>\nvarying vec3 vAt;")
+        .replace("#include <begin_vertex>", "#include <begin_vertex>\nvAt = position;");
+      shader.fragmentShader = shader.fragmentShader
+        .replace("#include <common>", "#include <common>\nvarying vec3 vAt; uniform float reach;")
+        .replace("#include <opaque_fragment>", "diffuseColor.a *= 1.0 - smoothstep(0.45, 1.0, length(vAt) / reach);\n#include <opaque_fragment>");
+    };
+    this.scene.add(this.grid);
+  }
+
+  setShape(shape: Shape): void {
+    if (!this.mesh || !this.body || shape.version !== this.mesh.version) return;
+    const most = applyBlocks(shape.blocks, this.mesh.unit, this.moved);
+    const geometry = this.body.geometry;
+    const position = geometry.getAttribute("position") as THREE.BufferAttribute;
+    const moved = geometry.getAttribute("moved") as THREE.BufferAttribute;
+    const normal = geometry.getAttribute("normal") as THREE.BufferAttribute;
+    const at = position.array as Float32Array;
+    for (let i = 0; i < this.moved.length; ++i) at[i] = this.mesh.rest[i] + this.moved[i];
+    for (let v = 0; v < this.mesh.held.length; ++v)
+      moved.setX(v, Math.hypot(this.moved[3 * v], this.moved[3 * v + 1], this.moved[3 * v + 2]));
+    this.fine!.place(at, normal.array as Float32Array);
+    this.fine!.average(moved.array as Float32Array);
+    position.needsUpdate = moved.needsUpdate = normal.needsUpdate = true;
+    this.expect(most, Math.max(0, ...shape.tools.map((tool) => Math.hypot(...tool.force))));
+    this.tools = shape.tools;
+    this.placeTools();
+    this.dirty = true;
+  }
+
+  private makeInstrument(station: string): Instrument {
+    const color = this.marks().of(station).color;
+    const stylus = new THREE.Group();
+    for (const section of SECTIONS) {
+      const outline = section.points.map(([radius, height]) => new THREE.Vector2(Math.max(radius, 0), height));
+      const geometry = new THREE.LatheGeometry(outline, 28);
+      geometry.rotateX(Math.PI / 2); // the shaft along z
+      const material = new THREE.MeshStandardMaterial({
+        color: section.color ?? color,
+        roughness: section.color === GRIP ? 0.7 : 0.32,
+        metalness: section.color === STEEL ? 0.35 : 0,
+        side: THREE.DoubleSide,
+      });
+      const part = new THREE.Mesh(geometry, material);
+      part.castShadow = true;
+      stylus.add(part);
+    }
+    // The arrow is seen through the body: most of it lies inside while the tool presses.
+    const paint = new THREE.MeshLambertMaterial({ color, emissive: color, emissiveIntensity: 0.25, depthTest: false, transparent: true });
+    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.32, 0.32, 1, 20).rotateX(Math.PI / 2).translate(0, 0, 0.5), paint);
+    const head = new THREE.Mesh(new THREE.ConeGeometry(0.95, 2.6, 24).rotateX(Math.PI / 2).translate(0, 0, -1.3), paint);
+    const arrow = new THREE.Group();
+    shaft.renderOrder = head.renderOrder = 2;
+    arrow.add(shaft, head);
+    this.scene.add(stylus, arrow);
+    return { stylus, arrow, shaft, head };
+  }
+
+  private placeTools(): void {
+    const tip = TIP_SHARE * this.diagonal;
+    const perNewton = this.legend.arrow_m_per_n;
+    for (const [station, instrument] of this.instruments) {
+      if (this.tools.some((tool) => tool.station === station)) continue;
+      this.scene.remove(instrument.stylus, instrument.arrow);
+      for (const group of [instrument.stylus, instrument.arrow])
+        group.traverse((part) => {
+          if (part instanceof THREE.Mesh) {
+            part.geometry.dispose();
+            (part.material as THREE.Material).dispose();
+          }
+        });
+      this.instruments.delete(station);
+    }
+    for (const tool of this.tools) {
+      let instrument = this.instruments.get(tool.station);
+      if (!instrument) this.instruments.set(tool.station, (instrument = this.makeInstrument(tool.station)));
+      instrument.stylus.position.set(...tool.position);
+      instrument.stylus.scale.setScalar(tip);
+      if (tool.orientation) instrument.stylus.quaternion.set(...tool.orientation);
+      else instrument.stylus.quaternion.setFromUnitVectors(UP, LEAN.clone().normalize());
+      const force = new THREE.Vector3(...tool.force);
+      const length = perNewton * force.length();
+      const width = 1.1 * tip;
+      instrument.arrow.visible = tool.contact && length > width;
+      if (!instrument.arrow.visible) continue;
+      const head = Math.min(2.6 * width, 0.6 * length);
+      instrument.arrow.position.set(...tool.position);
+      instrument.arrow.quaternion.setFromUnitVectors(UP, force.normalize());
+      instrument.shaft.scale.set(width, width, length - head);
+      instrument.head.scale.set(width, width, head / 2.6);
+      instrument.head.position.set(0, 0, length);
+    }
+  }
+
+  /** Places of labels: at the tools' shafts. In CSS pixels of the part of the canvas that nothing covers. */
+  labels(): Label[] {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const { left, top } = this.free;
+    return this.tools.map((tool) => {
+      const instrument = this.instruments.get(tool.station);
+      const at = new THREE.Vector3(0, 0, 9.8);
+      if (instrument) instrument.stylus.localToWorld(at);
+      else at.set(...tool.position);
+      at.project(this.camera);
+      return { tool, x: (0.5 + 0.5 * at.x) * width - left, y: (0.5 - 0.5 * at.y) * height - top, shown: at.z < 1 };
+    });
+  }
+
+  /** Draws when something has changed since. Returns true if it did. */
+  draw(): boolean {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const density = Math.min(window.devicePixelRatio || 1, 2);
+    const free = this.place.getBoundingClientRect();
+    const key = [width, height, density, free.left, free.top, free.width, free.height].join();
+    if (key !== this.layout) {
+      this.layout = key;
+      this.free = free;
+      this.renderer.setPixelRatio(density);
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / Math.max(height, 1);
+      this.camera.setViewOffset(width, height, width / 2 - free.left - free.width / 2, height / 2 - free.top - free.height / 2, width, height);
+      this.fit();
+    }
+    if (!this.dirty) return false;
+    this.dirty = false;
+    this.renderer.render(this.scene, this.camera);
+    return true;
+  }
+
+  fit(azimuth = AZIMUTH, elevation = ELEVATION): void {
+    if (this.box.isEmpty()) return;
+    const top = this.box.max.z + ARROW_SHARE * this.diagonal;
+    const target = new THREE.Vector3(
+      (this.box.min.x + this.box.max.x) / 2,
+      (this.box.min.y + this.box.max.y) / 2,
+      (this.box.min.z + top) / 2,
+    );
+    const toEye = new THREE.Vector3(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
+    const across = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0);
+    const up = toEye.clone().cross(across);
+    const share = Math.max(this.free.height, 1) / Math.max(this.canvas.clientHeight, 1); // of the canvas, which TAN_HALF_VIEW is for
+    const aspect = this.free.width / Math.max(this.free.height, 1);
+    let distance = 0;
+    const include = (p: THREE.Vector3) => {
+      p.sub(target);
+      const half = Math.max(Math.abs(p.dot(across)) / aspect, Math.abs(p.dot(up)));
+      distance = Math.max(distance, half / (FILL * share * TAN_HALF_VIEW) + p.dot(toEye));
+    };
+    include(new THREE.Vector3(target.x, target.y, top));
+    const rest = this.mesh?.rest ?? new Float32Array();
+    for (let i = 0; i + 2 < rest.length; i += 3) include(new THREE.Vector3(rest[i], rest[i + 1], rest[i + 2]));
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(toEye, distance);
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  /** Turns the camera around the body by these angles [rad]. */
+  orbit(azimuth: number, elevation: number): void {
+    const from = this.camera.position.clone().sub(this.controls.target);
+    const distance = from.length();
+    const a = Math.atan2(from.y, from.x) + azimuth;
+    const e = Math.min(Math.max(Math.asin(from.z / distance) + elevation, -1.55), 1.55);
+    this.camera.position
+      .copy(this.controls.target)
+      .add(new THREE.Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)).multiplyScalar(distance));
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  /** Comes nearer by this factor. */
+  zoom(factor: number): void {
+    const from = this.camera.position.clone().sub(this.controls.target);
+    const distance = Math.min(Math.max(from.length() / factor, this.controls.minDistance), this.controls.maxDistance);
+    this.camera.position.copy(this.controls.target).addScaledVector(from.normalize(), distance);
+    this.controls.update();
+    this.dirty = true;
+  }
+}

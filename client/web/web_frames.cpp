@@ -1,0 +1,179 @@
+#include "client/web/web_frames.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "client/viewer/color.hpp"
+#include "client/viewer/surface.hpp"
+#include "common/wire/shape_blocks.hpp"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint8_t kMeshKind = 1, kShapeKind = 2;
+constexpr int kPaletteColors = 64;
+
+template <class Value>
+void append(std::string& out, Value value) {
+  static_assert(std::endian::native == std::endian::little);
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class Vector>
+void append_vector(std::string& out, const Vector& v) {
+  for (Eigen::Index k = 0; k < v.size(); ++k) append(out, static_cast<float>(v[k]));
+}
+
+void append_tool(std::string& out, const ToolView& tool) {
+  const std::size_t length = std::min<std::size_t>(tool.station.size(), UINT8_MAX);
+  append(out, static_cast<std::uint8_t>((tool.contact ? 1 : 0) | (tool.orientation ? 2 : 0)));
+  append(out, tool.buttons);
+  append_vector(out, tool.position);
+  append_vector(out, tool.force);
+  if (tool.orientation) append_vector(out, tool.orientation->coeffs());
+  append(out, static_cast<std::uint8_t>(length));
+  out.append(tool.station, 0, length);
+}
+
+json rounded(double value, int digits) {
+  const double scale = std::pow(10.0, digits);
+  return std::isfinite(value) ? json(std::round(value * scale) / scale) : json(nullptr);
+}
+
+json ms(Micros t) { return t.count() > 0 ? rounded(1e3 * seconds(t), 1) : json(nullptr); }
+
+std::string css(const Vec3f& srgb) {
+  std::string text = "#";
+  for (const float c : srgb) {
+    const int level = static_cast<int>(std::lround(255 * std::clamp(c, 0.0F, 1.0F)));
+    for (const int digit : {level / 16, level % 16}) text += "0123456789abcdef"[digit];
+  }
+  return text;
+}
+
+json station_json(const StationView& s, bool late_known) {
+  json j{{"name", s.station},
+         {"rtt_ms", ms(s.rtt)},
+         {"jitter_ms", ms(s.jitter)},
+         {"age_ms", ms(s.patch_age)},
+         {"loss_pct", s.judged > 0 ? rounded(100.0 * s.lost / s.judged, 1) : json(nullptr)},
+         {"scheme", name_of(s.in_use.scheme)},
+         {"states", s.states}};
+  if (s.in_use.reason > SchemeReason::asked) j["reason"] = describe(s.in_use);
+  if (late_known) j["late"] = s.ticks_late;
+  return j;
+}
+
+/// Returns the text, with a replacement for bytes that are no UTF-8: names come from the network and from files.
+std::string text_of(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+}  // namespace
+
+float shape_unit_m(std::span<const Triangle> triangles, std::span<const Vec3f> rest) {
+  return std::max(0x1p-13F * bounds(triangles, rest).diagonal(), 1e-9F);
+}
+
+std::string mesh_frame(const BodyMesh& mesh, std::span<const Vec3f> rest, std::uint32_t version, float unit_m) {
+  std::string out;
+  out.reserve(32 + 13 * rest.size() + 12 * mesh.triangles.size());
+  append(out, kMeshKind);
+  append(out, version);
+  append(out, unit_m);
+  append(out, static_cast<std::uint32_t>(rest.size()));
+  append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const Vec3f& p : rest) append_vector(out, p);
+  for (std::size_t v = 0; v < rest.size(); ++v)
+    append(out, static_cast<std::uint8_t>(v < mesh.vertices.size() && mesh.vertices[v].fixed ? 1 : 0));
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) append(out, v);
+  return out;
+}
+
+std::string shape_frame(const ViewMoment& moment, std::span<const Vec3f> rest, std::uint32_t version, float unit_m) {
+  std::string out;
+  append(out, kShapeKind);
+  append(out, version);
+  append(out, seconds(moment.shape.body_time));
+  append(out, static_cast<std::uint8_t>(std::min<std::size_t>(moment.tools.size(), UINT8_MAX)));
+  for (std::size_t k = 0; k < std::min<std::size_t>(moment.tools.size(), UINT8_MAX); ++k) append_tool(out, moment.tools[k]);
+  const std::size_t vertices = std::min(rest.size(), moment.shape.positions.size());
+  std::vector<std::uint8_t> blocks;
+  std::vector<std::int32_t> numbers;
+  for (std::size_t first = 0; first < vertices; first += kBlockVertices) {
+    numbers.clear();
+    for (std::size_t v = first; v < std::min(vertices, first + kBlockVertices); ++v)
+      for (const float d : Vec3f(moment.shape.positions[v] - rest[v])) {
+        const float steps = std::clamp(d / unit_m, -static_cast<float>(kMaxBlockNumber), static_cast<float>(kMaxBlockNumber));
+        numbers.push_back(std::isfinite(steps) ? static_cast<std::int32_t>(std::lround(steps)) : 0);
+      }
+    if (std::any_of(numbers.begin(), numbers.end(), [](std::int32_t n) { return n != 0; }))
+      append_block(static_cast<std::uint32_t>(first / kBlockVertices), numbers, 3, blocks);
+  }
+  out.append(blocks.begin(), blocks.end());
+  return out;
+}
+
+std::string room_message(const PageState& state) {
+  json j{{"type", "room"},       {"title", state.title},     {"status", state.status},
+         {"live", state.live},   {"heard", state.heard},     {"t", rounded(state.t_s, 3)},
+         {"speed", state.speed}, {"playing", state.playing}, {"stations", json::array()}};
+  if (state.room != nullptr) {
+    for (const StationView& station : state.room->stations) j["stations"].push_back(station_json(station, state.late_known));
+    j["nodes"] = state.room->nodes;
+    j["rate_hz"] = rounded(state.room->rate_hz, 1);
+    j["frame_ms"] = ms(state.room->frame_time);
+    j["real_time"] = rounded(state.room->real_time_factor, 1);
+    j["asleep"] = state.room->asleep;
+    j["starved"] = state.room->starved;
+  }
+  return text_of(j);
+}
+
+std::string history_message(const History& forces) {
+  json all = json::array();
+  for (const History::Series& series : forces.series()) {
+    json points = json::array();
+    for (const History::Point& p : series.points) points.push_back({rounded(seconds(p.at), 3), rounded(p.value, 3)});
+    all.push_back({{"station", series.station}, {"points", std::move(points)}});
+  }
+  return text_of({{"type", "history"}, {"span_s", seconds(History::kSpan)}, {"series", std::move(all)}});
+}
+
+std::string hello_message(const PageGreeting& greeting) {
+  json palette = json::array(), stations = json::array(), course = json::array();
+  for (int k = 0; k < kPaletteColors; ++k)
+    palette.push_back(css(displacement_color(static_cast<float>(k) / static_cast<float>(kPaletteColors - 1))));
+  for (std::size_t k = 0; k < kStationColors; ++k) stations.push_back(css(station_color(k)));
+  for (const float share : greeting.course) course.push_back(rounded(share, 3));
+  json j{{"type", "hello"},
+         {"program", greeting.program},
+         {"live", greeting.live},
+         {"palette", std::move(palette)},
+         {"stations", std::move(stations)},
+         {"held", css(to_srgb(held_color()))}};
+  if (!greeting.live)
+    j["recording"] = {
+        {"begin", rounded(greeting.begin_s, 6)},           {"end", rounded(greeting.end_s, 6)},
+        {"period", rounded(greeting.period_s, 6)},         {"course", std::move(course)},
+        {"force_max_n", rounded(greeting.force_max_n, 3)}, {"displacement_max_m", rounded(greeting.displacement_max_m, 6)}};
+  return text_of(j);
+}
+
+PageRequest read_request(std::string_view text) {
+  const json j = json::parse(text, nullptr, false);
+  if (!j.is_object() || j.size() != 1) return {};
+  const auto& name = j.begin().key();
+  const json& value = j.begin().value();
+  if (name == "play" && value.is_boolean()) return {value.get<bool>() ? PageRequest::Kind::play : PageRequest::Kind::pause};
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return {};
+  if (name == "seek") return {PageRequest::Kind::seek, value.get<double>()};
+  if (name == "speed") return {PageRequest::Kind::speed, value.get<double>()};
+  if (name == "step") return {PageRequest::Kind::step, value.get<double>()};
+  return {};
+}
+
+}  // namespace palpate

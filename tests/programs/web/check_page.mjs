@@ -1,0 +1,244 @@
+// The page of palpate-web in a real Chromium: it joins, sees a touch, survives a restart of the server, scrubs a recording, asks for a
+// password, and asks no other machine for anything. Screenshots are left in OUT.
+//
+// usage: node check_page.mjs FOLDER_OF_PROGRAMS FOLDER_OF_SCENES FOLDER_WITH_PLAYWRIGHT OUT      exit 77 where there is no Chromium
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { createSocket } from "node:dgram";
+import { existsSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+const PATIENCE_MS = 120_000;
+const SKIPPED = 77;
+const [programs, scenes, modules, out] = process.argv.slice(2);
+const chromiumPath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((path) => existsSync(path));
+if (!chromiumPath) {
+  console.log("skipped: there is no Chromium (packages.txt, section browser)");
+  process.exit(SKIPPED);
+}
+const { chromium } = createRequire(join(modules, "package.json"))("playwright-core");
+
+const running = new Set();
+
+/** A program that runs beside the check, and what it says. */
+class Program {
+  constructor(name, ...options) {
+    this.name = name;
+    this.said = "";
+    this.process = spawn(join(programs, name), options.map(String));
+    running.add(this);
+    for (const stream of [this.process.stdout, this.process.stderr]) stream.on("data", (text) => (this.said += text));
+    this.ended = new Promise((resolve) => this.process.on("exit", (code) => (running.delete(this), resolve(code))));
+  }
+  async waitFor(pattern) {
+    for (const end = Date.now() + PATIENCE_MS; Date.now() < end; await sleep(20)) {
+      const found = pattern.exec(this.said);
+      if (found) return found;
+      assert.equal(this.process.exitCode, null, `${this.name} ended: ${this.said}`);
+    }
+    assert.fail(`${this.name} did not say ${pattern}: ${this.said}`);
+  }
+  async end() {
+    this.process.kill("SIGTERM");
+    assert.equal(await this.ended, 0, `${this.name}: ${this.said}`);
+  }
+}
+
+const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+function freePort() {
+  return new Promise((resolve) => {
+    const socket = createSocket("udp4");
+    socket.bind(0, "127.0.0.1", () => {
+      const { port } = socket.address();
+      socket.close(() => resolve(port));
+    });
+  });
+}
+
+async function server(port, ...options) {
+  const program = new Program("palpate-server", "--scene", join(scenes, "organ.json"), "--listen", `127.0.0.1:${port}`, ...options);
+  await program.waitFor(/at 127\.0\.0\.1:\d+, \d+ Hz/);
+  return program;
+}
+
+async function web(...options) {
+  const program = new Program("palpate-web", "--listen", "127.0.0.1:0", ...options);
+  const [, address] = await program.waitFor(/(http:\/\/127\.0\.0\.1:\d+\/)/);
+  return { program, address };
+}
+
+/** A page whose errors and requests are noted. */
+async function open(browser, address, options) {
+  const page = await browser.newPage({ reducedMotion: "reduce", ...options });
+  page.setDefaultTimeout(PATIENCE_MS);
+  page.faults = [];
+  page.on("pageerror", (error) => page.faults.push(String(error)));
+  page.on("console", (line) => line.type() === "error" && !/WebSocket connection/.test(line.text()) && page.faults.push(line.text()));
+  page.on("request", (request) => request.url().startsWith(address) || request.url().startsWith("data:") || page.faults.push(request.url()));
+  await page.goto(address);
+  return page;
+}
+
+/** Waits for a picture with many colours. Between two pictures the canvas reads as empty. */
+const bodyIsDrawn = (page) =>
+  page.waitForFunction(() => {
+    const to = new OffscreenCanvas(64, 64).getContext("2d");
+    to.drawImage(document.getElementById("body"), 0, 0, 64, 64);
+    return new Set(new Uint32Array(to.getImageData(0, 0, 64, 64).data.buffer)).size > 50;
+  });
+
+/** A hand that comes down on the body's right half and stays, its tool tilted by 30 degrees. */
+function heldPress(work) {
+  const file = join(work, "held-press.csv");
+  const rows = [[0, 0.09], [0.5, 0.09], [1.5, 0.066], [2, 0.066]].map(([t, z]) => `${t},0.055,0.02,${z},0,0.2588190451,0,0.9659258263`);
+  writeFileSync(file, `t_s,x_m,y_m,z_m,qx,qy,qz,qw\n${rows.join("\n")}\n`);
+  return file;
+}
+
+async function checkLive(browser, work) {
+  const port = await freePort();
+  const recording = join(work, "session.rec");
+  let body = await server(port, "--record", recording, "--record-shapes-hz", "20");
+  const { program, address } = await web("--server", `127.0.0.1:${port}`);
+  const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+  await page.waitForFunction(() => document.getElementById("title").textContent === "organ");
+  await page.waitForSelector("#link[data-state=live]");
+  await page.waitForSelector(".nobody");
+  await bodyIsDrawn(page);
+  await page.screenshot({ path: join(out, "nobody.png") });
+
+  const hands = [["or 3", join(scenes, "motions", "organ-tour.csv")], ["fellow", heldPress(work)]].map(
+    ([name, motion]) =>
+      new Program("palpate-client", "--server", `127.0.0.1:${port}`, "--device", "sim", "--hand", "firm", "--station", name, "--motion", motion,
+        "--duration-s", "600"),
+  );
+  await page.waitForSelector('[data-station="or 3"] .links');
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force').textContent) > 0.3);
+  await page.waitForFunction(() => /N$/.test(document.querySelector('.label[data-station="or 3"] b')?.textContent ?? ""));
+  await page.waitForSelector('[data-station="fellow"] .links');
+  await page.waitForFunction(() => Number(document.documentElement.dataset.shapes) > 60);
+  await page.waitForFunction(() => !document.querySelector('[data-station="or 3"] .links').textContent.includes("round trip\u2013"));
+  assert.match(await page.textContent('[data-station="or 3"] .note'), /port|hyper/);
+  assert.match(await page.getAttribute("#plot", "aria-label"), /or 3: \d+\.\d\d N now/);
+  await page.screenshot({ path: join(out, "live-light.png") });
+
+  // Keys: the theme, the camera, help.
+  await page.keyboard.press("d");
+  assert.equal(await page.getAttribute("html", "data-theme"), "dark");
+  await page.screenshot({ path: join(out, "live-dark.png") });
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.keyboard.press("3");
+  await page.screenshot({ path: join(out, "live-above.png") });
+  await page.keyboard.press("?");
+  assert.ok(await page.isVisible("#help"));
+  await page.screenshot({ path: join(out, "help.png") });
+  await page.keyboard.press("Escape");
+  assert.ok(!(await page.isVisible("#help")));
+  await page.keyboard.press("0");
+  await page.keyboard.press("d");
+
+  // The server ends; another one takes its place, and the hands come back by themselves.
+  await body.end();
+  await page.waitForSelector("#link[data-state=waiting]");
+  assert.match(await page.textContent("#status"), /lost|silent|shutting down/);
+  await page.screenshot({ path: join(out, "server-gone.png") });
+  body = await server(port);
+  await page.waitForSelector("#link[data-state=live]");
+  const before = Number(await page.getAttribute("html", "data-shapes"));
+  await page.waitForFunction((n) => Number(document.documentElement.dataset.shapes) > n + 20, before);
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.3);
+
+  // palpate-web ends and begins again at its address.
+  await program.end();
+  await page.waitForSelector("#link[data-state=lost]");
+  const again = await web("--server", `127.0.0.1:${port}`, "--listen", new URL(address).host);
+  await page.waitForSelector("#link[data-state=live]");
+  await page.setViewportSize({ width: 820, height: 1180 });
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.3);
+  await page.screenshot({ path: join(out, "live-tablet.png") });
+  assert.deepEqual(page.faults, []);
+  await page.close();
+  for (const hand of hands) await hand.end();
+  await again.program.end();
+  await body.end();
+  return recording;
+}
+
+async function checkReplay(browser, recording) {
+  const { program, address } = await web("--recording", recording);
+  const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+  await page.waitForSelector("#link[data-state=replay]");
+  await page.waitForSelector("#replay:not([hidden])");
+  const length = Number(await page.getAttribute("#seek", "max"));
+  assert.ok(length > 3, `the recording has ${length} s`);
+  const shown = () => page.textContent("#clock");
+  assert.match(await shown(), /^0:00\.0 \/ \d+:\d\d\.\d$/);
+
+  // By mouse to the last fifth, where the hands are, then by keys.
+  const slider = await page.locator("#seek").boundingBox();
+  await page.mouse.click(slider.x + 0.8 * slider.width, slider.y + slider.height / 2);
+  await page.waitForFunction((least) => Number(document.getElementById("seek").value) > least, 0.75 * length);
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) >= 0);
+  await page.waitForFunction(() => /or 3/.test(document.getElementById("plot").getAttribute("aria-label")));
+  const at = Number(await page.inputValue("#seek"));
+  await page.locator("#body").focus();
+  await page.keyboard.press(".");
+  await page.waitForFunction((t) => Number(document.getElementById("seek").value) > t, at);
+  await page.keyboard.press(",");
+  await page.keyboard.press(",");
+  await page.waitForFunction((t) => Number(document.getElementById("seek").value) < t, at);
+  await page.screenshot({ path: join(out, "replay.png") });
+
+  const paused = await shown();
+  await sleep(500);
+  assert.equal(await shown(), paused);
+  await page.keyboard.press("j");
+  await page.waitForFunction((t) => Number(document.getElementById("seek").value) < Math.max(t - 3, 0.1), at);
+  await page.keyboard.press("[");
+  await page.waitForFunction(() => document.getElementById("speed").textContent === "1/2\u00d7");
+  const from = Number(await page.inputValue("#seek"));
+  await page.keyboard.press(" ");
+  await page.waitForFunction((t) => Number(document.getElementById("seek").value) > t + 0.3, from);
+  await page.keyboard.press(" ");
+  await page.waitForFunction(() => document.getElementById("link").textContent === "paused");
+  assert.deepEqual(page.faults, []);
+  await page.close();
+  await program.end();
+}
+
+async function checkPassword(browser, work, recording) {
+  const file = join(work, "password");
+  writeFileSync(file, "pass & word 1\n", { mode: 0o600 });
+  const { program, address } = await web("--recording", recording, "--password", file);
+  const page = await open(browser, address, { viewport: { width: 820, height: 600 } });
+  await page.screenshot({ path: join(out, "sign-in.png") });
+  await page.fill("#password", "guess");
+  await page.click("button");
+  await page.waitForURL(/wrong/);
+  await page.fill("#password", "pass & word 1");
+  await page.click("button");
+  await page.waitForSelector("#link[data-state=replay]");
+  assert.deepEqual(page.faults, []);
+  await page.close();
+  await program.end();
+}
+
+mkdirSync(out, { recursive: true });
+const work = mkdtempSync(join(tmpdir(), "palpate-web-"));
+const browser = await chromium.launch({
+  executablePath: chromiumPath,
+  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
+});
+try {
+  const recording = await checkLive(browser, work);
+  await checkReplay(browser, recording);
+  await checkPassword(browser, work, recording);
+  console.log(`screenshots are in ${out}`);
+} finally {
+  await browser.close();
+  for (const program of running) program.process.kill("SIGKILL");
+  rmSync(work, { recursive: true, force: true });
+}

@@ -1,0 +1,63 @@
+// Prints messages of palpate-web as bytes, beside what they were made of, for check_protocol.mjs.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client/web/web_frames.hpp"
+#include "tests/client/view/demo_body.hpp"
+
+using namespace palpate;
+using nlohmann::json;
+
+namespace {
+
+json bytes_of(const std::string& frame) {
+  json bytes = json::array();
+  for (const char c : frame) bytes.push_back(static_cast<unsigned char>(c));
+  return bytes;
+}
+
+template <class Points>
+json numbers_of(const Points& points) {
+  json numbers = json::array();
+  for (const auto& p : points)
+    for (const auto x : p) numbers.push_back(x);
+  return numbers;
+}
+
+}  // namespace
+
+int main() {
+  demo::Body body = demo::pressed_organ(0.012F, 2.5, 3);
+  body.tools[0].station = "or 3 \xc3\xa4";
+  body.tools[0].buttons = 0x80000001u;
+  body.tools[0].orientation = Eigen::Quaterniond(0.1, 0.7, -0.5, 0.5).normalized();
+  body.tools.push_back({"free", Vec3(0.01, 0.02, 0.1), Vec3::Zero(), false});
+  const RoomInfo facts = demo::facts_of(body);
+  const float unit_m = shape_unit_m(body.triangles, body.rest);
+  ViewMoment moment;
+  moment.shape.positions = body.positions;
+  moment.shape.body_time = Micros{1'700'000'012'345'678};
+  moment.tools = body.tools;
+  json tools = json::array(), held = json::array();
+  for (const ToolView& tool : body.tools) {
+    json j{{"station", tool.station},
+           {"contact", tool.contact},
+           {"buttons", tool.buttons},
+           {"position", numbers_of(std::array{tool.position})},
+           {"force", numbers_of(std::array{tool.force})},
+           {"orientation", nullptr}};
+    if (tool.orientation) j["orientation"] = numbers_of(std::array{Eigen::Vector4d(tool.orientation->coeffs())});
+    tools.push_back(std::move(j));
+  }
+  for (const MeshVertex& vertex : facts.mesh.vertices) held.push_back(vertex.fixed ? 1 : 0);
+  const json all{{"mesh", bytes_of(mesh_frame(facts.mesh, body.rest, 7, unit_m))},
+                 {"shape", bytes_of(shape_frame(moment, body.rest, 7, unit_m))},
+                 {"unit", unit_m},
+                 {"t", seconds(moment.shape.body_time)},
+                 {"rest", numbers_of(body.rest)},
+                 {"positions", numbers_of(body.positions)},
+                 {"triangles", numbers_of(body.triangles)},
+                 {"held", held},
+                 {"tools", tools}};
+  return std::puts(all.dump().c_str()) < 0 ? 1 : 0;
+}
