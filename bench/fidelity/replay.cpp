@@ -144,6 +144,21 @@ void low_pass(double cut_off_hz, std::vector<ReplayTick>& ticks) {
   for (std::size_t i = 1; i < ticks.size(); ++i) ticks[i].felt = ticks[i - 1].felt + gain * (ticks[i].felt - ticks[i - 1].felt);
 }
 
+/// Times of a frame that gets a share of a core: the step's grows with the time that it covers, patches have that of their
+/// scheme, and those of `hyper` share the rollouts. A held force takes no time.
+FrameTimes times_of(const FrameCost& cost, double rate_hz, const FrameJob& job, const FrameResult& result) {
+  const FrameCosts::Expected wall = expected_costs(cost, cost.core_share);
+  FrameTimes times{.step = from_seconds(seconds(wall.step) * rate_hz * seconds(result.stamp - job.begin))};
+  for (const StationFrame& station : result.stations) {
+    if (!station.patch || station.patch->scheme == Scheme::hold) continue;
+    const bool nonlinear = station.patch->scheme == Scheme::hyper;
+    times.patches += nonlinear ? wall.nonlinear : wall.linear;
+    if (nonlinear && job.rollouts) times.rollouts = wall.rollouts;
+  }
+  times.patches += times.rollouts;
+  return times;
+}
+
 /// Counters that grow during a run.
 struct Tally {
   std::uint64_t patches_used = 0, faded_ticks = 0, bytes_sent = 0, bytes_received = 0;
@@ -171,6 +186,16 @@ void count(ReplayResult& result, const World& world, std::size_t k, const Tally&
 
 }  // namespace
 
+std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results) {
+  std::vector<ReferenceForce> references(results.size());
+  for (std::size_t k = 0; k < results.size(); ++k)
+    for (const ReplayTick& tick : results[k].ticks) {
+      references[k].force.push_back(tick.reference);
+      references[k].contact.push_back(tick.true_contact ? 1 : 0);
+    }
+  return references;
+}
+
 std::vector<double> relative_errors(const ReplayResult& result) {
   std::vector<Vec3> felt, reference;
   for (const ReplayTick& tick : result.ticks) {
@@ -194,8 +219,13 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
                                           const Stopwatch& stopwatch) {
   const auto n = motions.size();
   std::vector<ReplayResult> results(n);
-  const WorldOptions in{
-      .rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband};
+  WorldOptions in{.rate_hz = options.rate_hz, .compute = options.compute, .seed = options.seed, .deadband = options.deadband};
+  if (options.cost) {
+    in.expected_costs = expected_costs(*options.cost, 1);
+    in.frame_times = [&](Micros, const FrameJob& job, const FrameResult& result) {
+      return times_of(*options.cost, options.rate_hz, job, result);
+    };
+  }
   World world(scene, in);
   std::vector<WorldStation*> stations;
   for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
@@ -259,9 +289,10 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
     if (options.progress) options.progress("the full model at 1 kHz", share);
   };
   const bool known =
-      options.reference && n == 1 && !options.simulated_device && options.reference->force.size() == paths[0].size();
-  const std::vector<ReferenceForce> references = known ? std::vector<ReferenceForce>{*options.reference}
-                                                       : reference_forces(scene, paths, options.resets, full_model_progress);
+      options.references.size() == n && !options.simulated_device && options.references[0].force.size() == paths[0].size();
+  const std::vector<ReferenceForce> references =
+      known ? std::vector<ReferenceForce>(options.references.begin(), options.references.end())
+            : reference_forces(scene, paths, options.resets, full_model_progress);
   for (std::size_t k = 0; k < n; ++k) {
     if (options.low_pass_hz > 0) low_pass(options.low_pass_hz, results[k].ticks);
     measure(results[k], references[k], k == 0 ? options.scored : std::vector<std::uint8_t>{});

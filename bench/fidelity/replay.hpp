@@ -14,6 +14,7 @@
 #include "bench/world/world.hpp"
 #include "common/motion/motion.hpp"
 #include "common/wire/scheme_in_use.hpp"
+#include "server/io/frame_cost.hpp"
 #include "server/reduction/build_phase.hpp"
 
 namespace palpate {
@@ -29,8 +30,12 @@ struct ReplayOptions {
   LinkSpec link;  ///< one way
   std::uint64_t seed = 1;
   Micros compute{};
-  bool simulated_device = false;              ///< true: a Phantom in a hand that follows the motion; false: the motion itself
-  const ReferenceForce* reference = nullptr;  ///< for the same path, if known: runs without a simulated device share it
+  /// If given, replaces `compute`: costs of a frame, of which the server knows those of a whole core before the first frame, and
+  /// gets `core_share` of one.
+  std::optional<FrameCost> cost = {};
+  bool simulated_device = false;  ///< true: a Phantom in a hand that follows the motion; false: the motion itself
+  /// Those of the same paths, one per station, if they are known: runs without a simulated device share them.
+  std::span<const ReferenceForce> references = {};
   PassivityMode passivity = PassivityMode::off;
   double deadband = 0;              ///< see ServerOptions
   std::vector<Micros> resets = {};  ///< resets of the body, times into the motions, ascending
@@ -80,6 +85,9 @@ struct ReplayResult {
   double tick_ns_p50 = 0, tick_ns_p99 = 0, patch_build_ms_mean = 0, frame_ms_mean = 0;
   std::array<double, kPatchParts> phase_ms_mean{};  ///< parts of patch_build_ms_mean, by BuildPhase; for touches alone
 };
+
+/// References that a replay computed, for further replays of the same motions.
+std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results);
 
 /// relative_errors() of the felt force (metrics.hpp).
 std::vector<double> relative_errors(const ReplayResult& result);

@@ -118,7 +118,7 @@ void measure_accuracy(AccuracyCell& cell, const SweepTask& task) {
   ReplayOptions options;
   select(cell.scheme, task.scene, options);
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
-  options.reference = &task.reference;
+  options.references = {&task.reference, 1};
   const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
   set_errors(cell, result.fidelity.snr_db, relative_errors(result));
   cell.served = offered(cell.scheme) ? compared(result.last_patch.scheme) : cell.scheme;

@@ -15,6 +15,7 @@ void add_masking(CLI::App& app, Run& run);
 void add_accuracy(CLI::App& app, Run& run);
 void add_pareto(CLI::App& app, Run& run);
 void add_stations(CLI::App& app, Run& run);
+void add_starved(CLI::App& app, Run& run);
 void add_world(CLI::App& app, Run& run);
 void add_gesture(CLI::App& app, Run& run);
 void add_advise(CLI::App& app, Run& run);

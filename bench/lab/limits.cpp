@@ -71,7 +71,7 @@ std::vector<LimitCurve> run_case(const Case& c, const LimitsPlan& plan) {
       ReplayOptions options;
       options.scheme = scheme;
       options.link.latency = from_seconds(rtt_ms * 0.5e-3);
-      options.reference = &reference;
+      options.references = {&reference, 1};
       const ReplayResult run = replay(c.scene, motion, options, [] { return std::int64_t{0}; });
       points.push_back({c.body, scheme, rtt_ms, {c.at}, {run.fidelity.snr_db}});
     }

@@ -28,8 +28,12 @@ std::vector<Scheme> schemes_named(const std::vector<std::string>& names) {
 }
 
 void LinkFlags::add_to(CLI::App& command) {
-  command.add_option("--rate-hz", rate_hz, "frames of the server per second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
   command.add_option("--rtt-ms", rtt_ms, "round trip; each way takes half")->check(number_from<double>(0, 10'000));
+  add_to_sweep(command);
+}
+
+void LinkFlags::add_to_sweep(CLI::App& command) {
+  command.add_option("--rate-hz", rate_hz, "frames of the server per second")->check(number_from<double>(kMinRateHz, kMaxRateHz));
   command.add_option("--jitter-ms", jitter_ms, "largest deviation of the delay each way, drawn evenly; the order is kept")
       ->check(number_from<double>(0, 1'000));
   command.add_option("--loss-pct", loss_pct, "share of datagrams lost each way")->check(number_from<double>(0, 100));

@@ -25,6 +25,8 @@ struct LinkFlags {
 
   /// This object must not move until the command line is parsed.
   void add_to(CLI::App& command);
+  /// Adds the flags but --rtt-ms.
+  void add_to_sweep(CLI::App& command);
   /// One-way link. Throws InputError for inconsistent numbers.
   LinkSpec one_way() const;
 };

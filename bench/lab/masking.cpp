@@ -146,7 +146,7 @@ void measure_masking(MaskingCell& cell, const SweepTask& task) {
                   .burst_mean = cell.link.burst,
                   .seed = cell.link.seed};
   options.seed = cell.link.seed;
-  options.reference = &task.reference;
+  options.references = {&task.reference, 1};
   const ReplayResult result = replay(task.scene, task.motion, options, [] { return std::int64_t{0}; });
   cell.snr_db = result.fidelity.snr_db;
   cell.p95_over_jnd = result.fidelity.p95_rel_error / kForceJnd;

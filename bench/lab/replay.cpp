@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "bench/fidelity/reference.hpp"
 #include "bench/lab/experiments.hpp"
@@ -35,11 +36,14 @@ struct ReplayFlags {
   int order = 0;
   double deadband = 0;
   double from_s = 0, to_s = kMostSeconds;
+  std::vector<double> rtt_ms{0};
   LinkFlags link;
 };
 
-ReplayOptions options_of(const ReplayFlags& flags, const Scene& scene) {
-  ReplayOptions o = replay_options(std::string(name_of(kWithoutChoice)), flags.order, flags.link);
+ReplayOptions options_of(const ReplayFlags& flags, const Scene& scene, double rtt_ms) {
+  LinkFlags link = flags.link;
+  link.rtt_ms = rtt_ms;
+  ReplayOptions o = replay_options(std::string(name_of(kWithoutChoice)), flags.order, link);
   if (flags.scheme == kAutoName) {
     o.scheme.reset();
   } else {
@@ -65,8 +69,10 @@ void write_forces(const std::filesystem::path& file, const ReplayResult& result)
   write_text(file, csv);
 }
 
-Json summary(const ReplayResult& r) {
+Json summary(const ReplayResult& r, const std::vector<std::uint8_t>& present) {
   Json json = fidelity_json(r.fidelity);
+  json["hand_s"] = 1e-3 * static_cast<double>(present.empty() ? std::ssize(r.ticks)
+                                                              : std::count(present.begin(), present.end(), std::uint8_t{1}));
   json.update({{"patches_used", r.patches_used},
                {"patch_bytes_mean", r.patch_bytes_mean},
                {"patch_states", r.patch_states},
@@ -154,6 +160,8 @@ Given given_by(const ReplayFlags& flags) {
   return {open_scene(flags.scene, flags.mesh_folders), {read_motion(flags.motion)}, {}};
 }
 
+bool is_scored(const ReplayResult& result) { return result.fidelity.contact_ticks > 0; }
+
 /// Prints the share of time with a hand, unless it was present throughout.
 void say_presence(const std::vector<std::uint8_t>& present) {
   const auto there = std::count(present.begin(), present.end(), std::uint8_t{1});
@@ -162,49 +170,70 @@ void say_presence(const std::vector<std::uint8_t>& present) {
                1e-3 * static_cast<double>(present.size()));
 }
 
+/// Writes CSV and picture of the forces over a round trip. `name` is that of the files without what follows the point.
+void write_run(const std::filesystem::path& name, const ReplayFlags& flags, const Scene& scene, double rtt_ms,
+               const ReplayResult& result) {
+  const std::filesystem::path csv = name.string() + ".csv";
+  write_forces(csv, result);
+  plot_csv(csv, name.string() + ".svg",
+           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: {}", scene.name, flags.scheme, flags.link.rate_hz, rtt_ms,
+                       is_scored(result) ? fmt::format("{:.1f} dB", result.fidelity.snr_db) : "no contact"),
+           "time [s]",
+           {{"force x [N]", {{"1:5", "1 kHz full model", 0}, {"1:2", flags.scheme, 1}}},
+            {"force y [N]", {{"1:6", "1 kHz full model", 0}, {"1:3", flags.scheme, 1}}},
+            {"force z [N]", {{"1:7", "1 kHz full model", 0}, {"1:4", flags.scheme, 1}}}});
+}
+
+void print_no_contact(const Scene& scene, const ReplayResult& result, const std::filesystem::path& forces) {
+  std::vector<Vec3> path;
+  for (const ReplayTick& tick : result.ticks) path.push_back(tick.position);
+  fmt::print(stderr, "palpate-lab: {}; see {}\n", no_contact(scene, path), forces.string());
+}
+
 int run_replay(const ReplayFlags& flags) {
   if (flags.from_s >= flags.to_s) throw InputError("--from-s", "is not before --to-s", "a time before it");
   const auto [scene, motions, present, resets] = given_by(flags);
-  ReplayOptions options = options_of(flags, scene);
-  options.scored = present;
-  options.resets = resets;
+  options_of(flags, scene, 0);  // refuses a scheme before anything is computed
   const auto out = make_output_folder(flags.out);
   if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motions.front().position(0.0)))
     fmt::print(
         stderr,
         "the body is given {:g} s to settle before the motion: it hangs in gravity, or the motion starts beside the node\n",
         seconds(kSettle));
-  options.progress = show_progress();
-  const ReplayResult result = replay_together(scene, motions, options, stopwatch_ns).front();
-  options.progress = {};
-  write_forces(out / "forces.csv", result);
-  Json figures = summary(result);
-  figures["hand_s"] = 1e-3 * static_cast<double>(present.empty() ? std::ssize(result.ticks)
-                                                                 : std::count(present.begin(), present.end(), std::uint8_t{1}));
-  write_json(out / "summary.json", figures);
   say_presence(present);
-  const bool scored = result.fidelity.contact_ticks > 0;
-  plot_csv(out / "forces.csv", out / "forces.svg",
-           fmt::format("{}, {} at {:g} Hz, RTT {:g} ms: {}", scene.name, flags.scheme, flags.link.rate_hz, flags.link.rtt_ms,
-                       scored ? fmt::format("{:.1f} dB", result.fidelity.snr_db) : "no contact"),
-           "time [s]",
-           {{"force x [N]", {{"1:5", "1 kHz full model", 0}, {"1:2", flags.scheme, 1}}},
-            {"force y [N]", {{"1:6", "1 kHz full model", 0}, {"1:3", flags.scheme, 1}}},
-            {"force z [N]", {{"1:7", "1 kHz full model", 0}, {"1:4", flags.scheme, 1}}}});
-  if (!scored) {
-    std::vector<Vec3> path;
-    for (const ReplayTick& tick : result.ticks) path.push_back(tick.position);
-    fmt::print(stderr, "palpate-lab: {}; see {}\n", no_contact(scene, path), (out / "forces.csv").string());
-    return 1;
+  const bool many = flags.rtt_ms.size() > 1;
+  Json figures;
+  std::vector<ReferenceForce> references;
+  for (const double rtt_ms : flags.rtt_ms) {
+    ReplayOptions options = options_of(flags, scene, rtt_ms);
+    options.scored = present;
+    options.resets = resets;
+    options.references = references;
+    options.progress = show_progress();
+    const std::vector<ReplayResult> results = replay_together(scene, motions, options, stopwatch_ns);
+    options.progress = {};
+    const bool first = std::exchange(references, references_of(results)).empty();
+    const ReplayResult& result = results.front();
+    const std::filesystem::path name = out / (many ? fmt::format("forces-{:g}ms", rtt_ms) : "forces");
+    write_run(name, flags, scene, rtt_ms, result);
+    Json row = summary(result, present);
+    if (many) row["rtt_ms"] = rtt_ms;
+    many ? figures["round_trips"].push_back(row) : figures.update(row);
+    write_json(out / "summary.json", figures);
+    if (!is_scored(result)) {
+      print_no_contact(scene, result, name.string() + ".csv");
+      return 1;
+    }
+    if (first)
+      fmt::print("{:>8} {:<9} {:>8} {:>14} {:>8} {:>8} {:>9} {:>7}\n", "RTT [ms]", "served", "SNR [dB]", "p95 error [%]",
+                 "lag [ms]", "patches", "patch [B]", "states");
+    const std::string served(options.make_patch ? flags.scheme : name_of(result.last_patch.scheme));
+    fmt::print("{:>8g} {:<9} {:>8.1f} {:>14.1f} {:>8} {:>8} {:>9.0f} {:>7}\n", rtt_ms, served, result.fidelity.snr_db,
+               100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms, result.patches_used, result.patch_bytes_mean,
+               result.patch_states);
+    std::fflush(stdout);
   }
-  fmt::print("{} over {:g} ms RTT: {:.1f} dB, p95 error {:.1f} %, lag {} ms, {} patches of {:.0f} B with {} states\n{}\n",
-             flags.scheme, flags.link.rtt_ms, result.fidelity.snr_db, 100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms,
-             result.patches_used, result.patch_bytes_mean, result.patch_states, (out / "summary.json").string());
-  if (!options.scheme)
-    fmt::print("the server chose {} in the end\n", name_of(result.last_patch.scheme));
-  else if (!options.make_patch && result.last_patch.scheme != options.scheme)
-    fmt::print(stderr, "the server could not serve {} here and sent {} patches\n", flags.scheme,
-               name_of(result.last_patch.scheme));
+  fmt::print("{}\n", (out / "summary.json").string());
   return 0;
 }
 
@@ -233,7 +262,12 @@ void add_replay(CLI::App& app, Run& run) {
       ->required();
   c->add_option("--order", flags->order, "number of states of a patch (twice its modes), 0: the scheme's default")
       ->check(number_from(0, 2 * kMaxModes));
-  flags->link.add_to(*c);
+  flags->link.add_to_sweep(*c);
+  c->add_option("--rtt-ms", flags->rtt_ms, "round trips, separated by commas; each way takes half")
+      ->type_name("MS")
+      ->delimiter(',')
+      ->check(number_from<double>(0, 10'000))
+      ->default_str("0");
   c->add_option("--device", flags->device, "none: the motion as given; sim: a Phantom in a hand that follows it")
       ->check(one_of({"none", "sim"}));
   c->add_option("--deadband", flags->deadband, "share of the force below which a change is not sent, 0: every patch is sent")
@@ -242,7 +276,10 @@ void add_replay(CLI::App& app, Run& run) {
       ->transform(one_of_names<PassivityMode>(
           {{"off", PassivityMode::off}, {"observe", PassivityMode::observe}, {"on", PassivityMode::on}}))
       ->default_str("off");
-  c->add_option("--out", flags->out, "folder for forces.csv, summary.json, forces.svg")->type_name("DIR")->required();
+  c->add_option("--out", flags->out,
+                "folder for forces.csv, summary.json and forces.svg; with several round trips forces-50ms.csv and so on")
+      ->type_name("DIR")
+      ->required();
   c->callback([flags, &run] { run = [flags] { return run_replay(*flags); }; });
 }
 

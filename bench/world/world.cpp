@@ -32,7 +32,9 @@ void World::know_successors() {
 
 std::unique_ptr<ServerCore> World::new_server() const {
   const ServerOptions options{.draw = repeatable(instance_), .rate_hz = options_.rate_hz, .deadband = options_.deadband};
-  return std::make_unique<ServerCore>(facts_of(scene_, home_of(scene_)), options);
+  auto server = std::make_unique<ServerCore>(facts_of(scene_, home_of(scene_)), options);
+  server->expect_costs(options_.expected_costs);
+  return server;
 }
 
 WorldStation& World::add_station(const ClientOptions& options, std::unique_ptr<MotionDevice> device, const LinkSpec& link) {

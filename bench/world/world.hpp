@@ -50,6 +50,7 @@ struct WorldOptions {
   bool once = false;  ///< copies made by links are dropped on arrival, as by the trust channel
   /// If given, replaces `compute`: times of a frame that begins at this world time and has this result.
   std::function<FrameTimes(Micros, const FrameJob&, const FrameResult&)> frame_times = {};
+  FrameCosts::Expected expected_costs = {};  ///< costs that the server knows before its first frame
 };
 
 /// Performs a station's haptic tick; the default calls tick(). Experiments wrap it with a stopwatch.

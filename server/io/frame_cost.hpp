@@ -4,10 +4,12 @@
 // so n of them cost about step + n patch. On the wall a frame takes this divided by the share of a core that the trial got.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
 
+#include "server/core/frame_costs.hpp"
 #include "server/dynamics/surface_stiffness.hpp"
 
 namespace palpate {
@@ -18,6 +20,13 @@ struct FrameCost {
   double core_share = 1;                          ///< processor time per time on the wall
   double ms(Scheme scheme, int stations) const { return step_ms + stations * (scheme == Scheme::hyper ? hyper_ms : port_ms); }
 };
+
+/// Costs that a room expects on the wall of a machine that gives it `core_share` of a core.
+inline FrameCosts::Expected expected_costs(const FrameCost& cost, double core_share) {
+  const auto on_wall = [&](double processor_ms) { return from_seconds(1e-3 * processor_ms / core_share); };
+  return {on_wall(cost.step_ms), on_wall(cost.port_ms), on_wall(std::max(0.0, cost.hyper_ms - cost.rollouts_ms)),
+          on_wall(cost.rollouts_ms)};
+}
 
 /// Measures frames of 1 / `rate_hz` seconds with a hand at `place`, for at most 0.4 s. Empty for large bodies, and if a step
 /// finds no solution. `stopwatch` counts nanoseconds; none: the processor time of this thread.

@@ -101,9 +101,7 @@ UdpServer::UdpServer(const std::vector<NamedScene>& scenes, const ShellOptions& 
 }
 
 void UdpServer::expect_costs(std::size_t room, const FrameCost& cost) {
-  const auto on_wall = [&](double processor_ms) { return from_seconds(1e-3 * processor_ms / cost.core_share); };
-  cores_[room].expect_costs({on_wall(cost.step_ms), on_wall(cost.port_ms),
-                             on_wall(std::max(0.0, cost.hyper_ms - cost.rollouts_ms)), on_wall(cost.rollouts_ms)});
+  cores_[room].expect_costs(expected_costs(cost, cost.core_share));
 }
 
 void UdpServer::run() {

@@ -3,6 +3,5 @@ import pathlib
 
 print("rtt_ms,jitter_ms,snr_db,p95_rel_error")
 for jitter in (0, 10):
-    for rtt in (20, 50, 100, 150, 200):
-        run = json.loads(pathlib.Path(f"out/mine/{jitter}/{rtt}/summary.json").read_text())
-        print(f"{rtt},{jitter},{run['snr_db']:.1f},{run['p95_rel_error']:.3f}")
+    for run in json.loads(pathlib.Path(f"out/mine/{jitter}/summary.json").read_text())["round_trips"]:
+        print(f"{run['rtt_ms']:g},{jitter},{run['snr_db']:.1f},{run['p95_rel_error']:.3f}")

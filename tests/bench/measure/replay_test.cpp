@@ -156,7 +156,7 @@ TEST_CASE("At 150 ms round trip and 20 ms jitter, 5 % loss takes less than 1.5 d
   const ReferenceForce reference = reference_of(cube6(), motion);
   const auto run = [&](double loss) {
     options.link.loss = loss;
-    options.reference = &reference;
+    options.references = {&reference, 1};
     return play(cube6(), motion, options);
   };
   const ReplayResult clean = run(0), lossy = run(0.05);
@@ -174,9 +174,47 @@ TEST_CASE("A reference that is handed over gives the same figures as one that re
   const ReferenceForce reference = reference_of(cube6(), motion);
   const ReplayOptions options = replay_options_for(Scheme::tangent, 50);
   ReplayOptions known = options;
-  known.reference = &reference;
+  known.references = {&reference, 1};
   const ReplayResult reused = play(cube6(), motion, known);
   CHECK(reused.fidelity.snr_db == play(cube6(), motion, options).fidelity.snr_db);
+}
+
+TEST_CASE("References that a replay computed serve further round trips of the same hands, and give the same figures") {
+  const Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
+  const Motion all = examination(scene), motions[] = {cut(all, 0, 0.8), cut(all, 0.2, 1.0)};
+  const auto play_both = [&](const ReplayOptions& options) {
+    return replay_together(scene, motions, options, [] { return std::int64_t{0}; });
+  };
+  const std::vector<ReferenceForce> references = references_of(play_both(replay_options_for(Scheme::port, 20)));
+  const ReplayOptions options = replay_options_for(Scheme::port, 60);
+  ReplayOptions known = options;
+  known.references = references;
+  int computed = 0;
+  known.progress = [&](const char* what, double) { computed += std::string(what) != "what the hand feels"; };
+  const std::vector<ReplayResult> reused = play_both(known), anew = play_both(options);
+  CHECK(computed == 0);
+  for (std::size_t k = 0; k < 2; ++k) CHECK(reused[k].fidelity.snr_db == anew[k].fidelity.snr_db);
+}
+
+TEST_CASE("With a third of a core, or less, a hand whose scheme the server chooses feels at least what port gives") {
+  const Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
+  const Motion motion = cut(examination(scene), 0, 3);
+  const ReferenceForce reference = reference_of(scene, motion);
+  const auto with = [&](SchemeAsked scheme, double share) {
+    ReplayOptions options = replay_options_for(Scheme::port, 120);
+    options.scheme = scheme;
+    options.references = {&reference, 1};
+    options.cost = FrameCost{.step_ms = 7, .port_ms = 5, .hyper_ms = 12, .rollouts_ms = 4, .core_share = share};
+    return play(scene, motion, options);
+  };
+  CHECK(with(Scheme::port, 1).frames.size() >= 59);
+  for (const double share : {1.0 / 3, 1.0 / 4}) {
+    const ReplayResult chosen = with(std::nullopt, share), port = with(Scheme::port, share);
+    INFO("share " << share << ": chosen " << chosen.fidelity.snr_db << " dB, port " << port.fidelity.snr_db << " dB, "
+                  << port.frames.size() << " frames");
+    CHECK(chosen.fidelity.snr_db > port.fidelity.snr_db - 1);
+    CHECK(port.frames.size() > 35);
+  }
 }
 
 TEST_CASE("With a deadband no tick feels different by more than that share of the force, near or far away, for fewer bytes") {
@@ -248,7 +286,7 @@ TEST_CASE(
   double db[2];
   for (const Scheme scheme : {Scheme::port, Scheme::hyper}) {
     ReplayOptions options = replay_options_for(scheme, 150);
-    options.reference = &reference;
+    options.references = {&reference, 1};
     db[scheme == Scheme::hyper] = play(scene, motion, options).fidelity.snr_db;
   }
   CHECK(db[0] > 9);

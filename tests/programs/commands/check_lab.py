@@ -72,6 +72,13 @@ def check_run(program, scenes, work):
         summary = (work / scheme / "summary.json").read_text()
         assert json.loads(summary)["run"]["scheme"] == scheme, summary
     assert felt[0] == felt[1], "auto is not hyper"
+    done = lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", "port", "--rtt-ms", "60,0", "--seed", 7, "--out", work / "both")
+    both = json.loads((work / "both" / "summary.json").read_text())
+    first, second = both["round_trips"]
+    assert both["run"]["link"]["rtt_ms"] == [60, 0] and (first["rtt_ms"], second["rtt_ms"]) == (60, 0), both
+    assert first["snr_db"] == result["snr_db"] < second["snr_db"], both
+    assert len([line for line in done.stdout.splitlines() if " port " in line]) == 2, done.stdout
+    assert (work / "both" / "forces-60ms.csv").read_bytes() == (out / "forces.csv").read_bytes()
     motion = work / "stroke.csv"
     lab(program, "gesture", "--scene", scene, "--kind", "stroke", "--out", motion)
     lab(program, "replay", "--scene", scene, "--motion", motion, "--scheme", "hold", "--out", work / "stroke")
@@ -124,6 +131,19 @@ def check_cells(program, scenes, work):
     assert "tr-bdf2, explicit" in done.stderr, done.stderr
 
 
+def check_starved(program, scenes, work):
+    """A server that gets half of a core for frames that take 30 of 50 ms with a whole one makes fewer and later ones."""
+    command = ["starved", "--scene", scenes / "touch-cube.json", "--schemes", "port", "--shares", "1,0.5", "--cost-ms", "10,20,30,5"]
+    done = lab(program, *command, "--out", work / "starved")
+    whole, half = json.loads((work / "starved" / "summary.json").read_text())["shares"]
+    assert (whole["share"], half["share"]) == (1, 0.5) and whole["rate_hz"] > 19 and 14 < half["rate_hz"] < 18, (whole, half)
+    assert half["patch_age_p95_ms"] > whole["patch_age_p95_ms"] + 25, (whole, half)
+    assert len((work / "starved" / "cells.csv").read_text().splitlines()) == 3 and "share" in done.stdout, done.stdout
+    for costs, expected in [("1,2", "has 2 numbers"), ("1,2,3,4", "take longer than the patch")]:
+        done = lab(program, "starved", "--scene", scenes / "touch-cube.json", "--cost-ms", costs, "--out", work / "x", expect=2)
+        assert expected in done.stderr and len(said(done)) == 1, done.stderr
+
+
 def check_words(program, scenes, work):
     done = lab(program, "accuracy", "--scenes", scenes, "--only", "cubee", "--out", work / "x", expect=2)
     assert "cubee" in done.stderr and "cube6, organ" in done.stderr, done.stderr
@@ -147,6 +167,7 @@ def main():
     check_run(program, scenes, work)
     check_fidelity(program, scenes, work)
     check_cells(program, scenes, work)
+    check_starved(program, scenes, work)
     check_words(program, scenes, work)
 
 
