@@ -8,7 +8,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "bench/fidelity/metrics.hpp"
-#include "server/elements/spring_kernel.hpp"
+#include "common/mechanics/spring_law.hpp"
 
 namespace palpate {
 namespace {
@@ -171,10 +171,10 @@ Spring1dOptions tapping(Spring1dOptions options) {
 
 SpringForce thigh_spring(double x_mm) {
   if (x_mm <= 0) return {};
-  // The scene's law scales with the element's stiffness; this one makes the scale 1.
-  constexpr Element kUnit{0, 1, 1, 1e3 / 5.4398, 0};
-  const SpringResponse r = spring_response(SpringLaw::thigh_skin, 0, kUnit, x_mm * 1e-3);
-  return {r.tension, r.slope * 1e-3};
+  // The law scales with the stiffness at rest; this one makes the scale 1.
+  double tension_n, slope_n_m;
+  ThighSkinSpring{}.respond(1e3 / ThighSkinSpring::kP, x_mm * 1e-3, tension_n, slope_n_m);
+  return {tension_n, slope_n_m * 1e-3};
 }
 
 Spring1d run_spring1d(const Spring1dOptions& o) {

@@ -57,14 +57,17 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
 void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const {
   k_y = Vector::Zero(y.size());
   d_y = Vector::Zero(y.size());
-  springs_.add_products(state, y, k_y, d_y);
-  if (!body_->is_solid()) return;
   std::vector<NodeLanes> in(nodes()), k(nodes()), d(nodes());
   pack_columns(y, 0, in);
   pack_columns(k_y, 0, k);
   pack_columns(d_y, 0, d);
-  tetrahedra_.add_products(tetrahedra_.tangents(state), in, 1, 1, k, d);
-  hexahedra_.add_products(hexahedra_.tangents(state), in, 1, 1, k, d);
+  const auto add = [&](const auto& elements, auto tangents) {
+    elements.find_tangents(state, tangents);
+    elements.add_products(tangents, in, 1, 1, k, d);
+  };
+  add(springs_, std::vector<ElementTangent<TrussShape>>());
+  add(tetrahedra_, std::vector<ElementTangent<TetraShape>>());
+  add(hexahedra_, std::vector<ElementTangent<HexaShape>>());
   relaxation_.add_products(state.history.get(), in, 1, k);
   unpack_columns(k, 0, k_y);
   unpack_columns(d, 0, d_y);

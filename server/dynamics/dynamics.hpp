@@ -12,7 +12,6 @@
 
 #include "server/dynamics/relaxation.hpp"
 #include "server/elements/elements.hpp"
-#include "server/elements/springs.hpp"
 
 namespace palpate {
 
@@ -27,6 +26,7 @@ class Dynamics {
   const LumpedBody& body() const { return *body_; }
   const Vector& masses() const { return masses_; }  ///< 3 N, each node's mass three times [kg]
   BodyState rest_state() const;
+  const Springs& springs() const { return springs_; }
   const Tetrahedra& tetrahedra() const { return tetrahedra_; }
   const Hexahedra& hexahedra() const { return hexahedra_; }
   const Relaxation& relaxation() const { return relaxation_; }
@@ -44,7 +44,7 @@ class Dynamics {
 
   /// Returns an empty matrix on the body's pattern.
   BlockMatrix make_matrix() const;
-  /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see SpringKernel and ElementLoops for `clamp`. Rows and
+  /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementLoops for `clamp`. Rows and
   /// columns of held nodes become those of the identity.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;

@@ -56,11 +56,11 @@ double stiffest_at(const ElementMaterial& material, const Mat3& f) {
   return Eigen::SelfAdjointEigenSolver<Mat9>(elastic_tangent(material, f, false), Eigen::EigenvaluesOnly).eigenvalues()[8];
 }
 
-void add_cell(const Corners& nodes, HexaCells& cells) {
+void add_cell(std::uint32_t cell, const Corners& nodes, HexaCells& cells) {
   if (cells.used == 0)
     for (std::size_t i = 0; i < 8; ++i) cells.nodes[i].fill(nodes[i]);
   for (std::size_t i = 0; i < 8; ++i) cells.nodes[i][cells.used] = nodes[i];
-  ++cells.used;
+  cells.cells[cells.used++] = cell;
 }
 
 std::vector<HexaCells::Lanes> own_numbers(std::span<const HexaShape* const> shapes) {
@@ -115,7 +115,7 @@ class Packer {
     HexaCells cells;
     cells.material = body_->hexahedra[of.front()].material;
     cells.in_a_row = in_a_row;
-    for (const std::uint32_t cell : of) add_cell(nodes(cell), cells);
+    for (const std::uint32_t cell : of) add_cell(cell, nodes(cell), cells);
     const HexaShape& one = shape(of.front());
     if (const auto factors = box_factors(one)) {
       std::copy(factors->begin(), factors->end(), cells.times);
@@ -140,7 +140,7 @@ bool HexaForces::covers(const LumpedBody& body) {
   return !body.hexahedra.empty() && body.tetrahedra.empty() && body.relaxation.empty() && body.mass_damping_1_s == 0;
 }
 
-HexaForces::HexaForces(const Dynamics& dynamics) : count_(dynamics.body().hexahedra.size()) {
+HexaForces::HexaForces(const Dynamics& dynamics) : hexahedra_(&dynamics.hexahedra()), count_(dynamics.body().hexahedra.size()) {
   constexpr std::uint32_t kMostSlabs = 16;
   const LumpedBody& body = dynamics.body();
   if (count_ == 0) return;
@@ -199,24 +199,9 @@ void HexaForces::add_forces(bool odd, std::size_t slab, const NodeArrays& u, con
 }
 
 Mat3 HexaForces::deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const {
-  Mat38 displaced;
-  for (std::size_t i = 0; i < 8; ++i) {
-    const std::uint32_t node = cells.nodes[i][lane];
-    displaced.col(static_cast<Eigen::Index>(i)) = u.at(node);
-  }
   Mat3 f = Mat3::Identity();
-  if (cells.own.empty()) {
-    for (std::size_t m = 0; m < 3; ++m)
-      for (std::size_t i = 0; i < 8; ++i)
-        f.col(static_cast<Eigen::Index>(m)) +=
-            box_sign(i, m) * static_cast<double>(cells.times[m]) * displaced.col(static_cast<Eigen::Index>(i));
-  } else {
-    for (std::size_t i = 0; i < 8; ++i)
-      for (std::size_t m = 0; m < 3; ++m)
-        f.col(static_cast<Eigen::Index>(m)) +=
-            static_cast<double>(cells.own[ShapeNumbers<HexaShape>::gradient_at(i, m)].of[lane]) *
-            displaced.col(static_cast<Eigen::Index>(i));
-  }
+  for (std::size_t i = 0; i < 8; ++i)
+    f += u.at(cells.nodes[i][lane]) * hexahedra_->shape(cells.cells[lane]).b.col(static_cast<Eigen::Index>(i)).transpose();
   return f;
 }
 

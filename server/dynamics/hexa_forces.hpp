@@ -35,6 +35,7 @@ struct HexaCells {
     float of[kLanes];
   };
   std::array<std::array<std::uint32_t, kLanes>, 8> nodes{};  ///< unused lanes repeat the first
+  std::array<std::uint32_t, kLanes> cells{};                 ///< their indices, of lanes in use
   std::uint32_t material = 0, used = 0;                      ///< number of lanes in use, from the first on
   bool in_a_row = false;  ///< node i of lane l is nodes[i][0] + l, the one before that of i + 1 for even i
   /// For boxes of one shape: V, k_a, and the factor of the signs in g, column by column.
@@ -56,6 +57,7 @@ void find_strains(std::span<const HexaCells> cells, const NodeArrays& u, std::sp
 
 class HexaForces {
  public:
+  /// `dynamics` must outlive it.
   explicit HexaForces(const Dynamics& dynamics);
   /// Returns true if the body consists of hexahedra without relaxation, and ligaments.
   static bool covers(const LumpedBody& body);
@@ -82,6 +84,7 @@ class HexaForces {
  private:
   using Slab = std::vector<HexaCells>;
   Mat3 deformation(const HexaCells& cells, std::size_t lane, const NodeArrays& u) const;
+  const Hexahedra* hexahedra_;
   std::vector<ElementMaterial> materials_;
   std::vector<double> stiffest_at_rest_;  // per material: the largest eigenvalue of dP/dF at rest
   std::vector<Slab> even_, odd_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "server/solve/fused.hpp"
-
 namespace palpate {
 namespace {
 
@@ -24,31 +22,15 @@ Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dyna
     const auto p = ends(i), q = ends(j);
     return p != q ? p < q : i < j;
   });
-  springs_.resize(order_.size());
   first_.assign(dynamics.nodes() + 1, 0);
-  for (std::size_t k = 0; k < order_.size(); ++k) {
-    const auto [a, b] = ends(order_[k]);
-    springs_[k].b = b;
-    springs_[k].damping_n_s_m = elements[order_[k]].damping_n_s_m;
-    ++first_[a + 1];
-  }
+  for (const std::uint32_t k : order_) ++first_[ends(k).first + 1];
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
 }
 
 void Tangents::take(const BodyState& state) {
-  const LumpedBody& body = dynamics_->body();
-  const SpringKernel kernel(body.law, body.stiffening);
-  for (std::size_t k = 0; k < order_.size(); ++k) {
-    Spring& e = springs_[k];
-    const Element& element = body.elements[order_[k]];
-    const ElementState s = kernel.evaluate(element, at_node(state.x, element.b) - at_node(state.x, element.a),
-                                           at_node(state.v, element.b) - at_node(state.v, element.a));
-    e.direction = s.direction;
-    e.slope_n_m = s.slope;
-    e.across_n_m = s.axial * s.inv_length;
-  }
-  tetrahedra_ = dynamics_->tetrahedra().tangents(state);
-  hexahedra_ = dynamics_->hexahedra().tangents(state);
+  dynamics_->springs().find_tangents(state, springs_);
+  dynamics_->tetrahedra().find_tangents(state, tetrahedra_);
+  dynamics_->hexahedra().find_tangents(state, hexahedra_);
   history_ = state.history;
 }
 
@@ -59,22 +41,24 @@ void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<st
   const double spatial = body.planar ? 0 : 1;
   a.clear(nodes);
   a.pairs.reserve(springs_.size());
-  const Spring* e = springs_.data();
   for (std::uint32_t i = 0; i < nodes; ++i) {
-    for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
-      const double t = clamp ? std::max(e->across_n_m, 0.0) : e->across_n_m, across = c_k * t,
-                   along = c_k * (e->slope_n_m - t) + c_d * e->damping_n_s_m;
-      const double x = e->direction[0], y = e->direction[1], z = spatial * e->direction[2];
+    for (std::uint32_t k = first_[i]; k < first_[i + 1]; ++k) {
+      const ElementTangent<TrussShape>& e = springs_[order_[k]];
+      const auto& ends = body.elements[order_[k]];
+      const std::uint32_t other = ends.a + ends.b - i;
+      const double t = clamp ? std::max(e.across_n_m, 0.0) : e.across_n_m, across = c_k * t,
+                   along = c_k * (e.slope_n_m - t) + c_d * e.damping_n_s_m;
+      const double x = e.direction[0], y = e.direction[1], z = spatial * e.direction[2];
       // xx yx zx, yy zy, zz
       const double block[6] = {along * x * x + across, along * y * x, along * z * x,
                                along * y * y + across, along * z * y, along * z * z + spatial * across};
       if (!held[i]) add_lower(block, a.diagonal[i]);
-      if (!held[e->b]) add_lower(block, a.diagonal[e->b]);
-      if (held[i] || held[e->b]) continue;
-      if (a.pairs.size() == a.first.back() || a.pairs.back().column != e->b) a.pairs.push_back({{}, e->b});
+      if (!held[other]) add_lower(block, a.diagonal[other]);
+      if (held[i] || held[other]) continue;
+      if (a.pairs.size() == a.first.back() || a.pairs.back().column != other) a.pairs.push_back({{}, other});
       float(&pair)[9] = a.pairs.back().block;
       constexpr int kOf[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
-      for (int k = 0; k < 9; ++k) pair[k] -= static_cast<float>(block[kOf[k]]);
+      for (int n = 0; n < 9; ++n) pair[n] -= static_cast<float>(block[kOf[n]]);
     }
     a.end_row();
   }
@@ -114,37 +98,10 @@ void Tangents::multiply_sum(const Matrix& y, double c_k, double c_d, Matrix& sum
 
 void Tangents::add_products(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& k,
                             std::vector<NodeLanes>& d) const {
-  const bool together = &k == &d;
-  add_springs<true>(in, c_k, together ? c_d : 0, k);
-  if (!together) add_springs<false>(in, 0, c_d, d);
+  dynamics_->springs().add_products(springs_, in, c_k, c_d, k, d);
   dynamics_->tetrahedra().add_products(tetrahedra_, in, c_k, c_d, k, d);
   dynamics_->hexahedra().add_products(hexahedra_, in, c_k, c_d, k, d);
   dynamics_->relaxation().add_products(history_.get(), in, c_k, k);
-}
-
-template <bool kWithStiffness>
-void Tangents::add_springs(const std::vector<NodeLanes>& in, double c_k, double c_d, std::vector<NodeLanes>& sum) const {
-  const double spatial = dynamics_->body().planar ? 0.0 : 1.0;  // a planar body has no motion across its plane
-  const Spring* e = springs_.data();
-  for (std::size_t i = 0; i < in.size(); ++i) {
-    const ColumnLanes x = lanes(in[i].x), y = lanes(in[i].y), z = lanes(in[i].z);
-    ColumnLanes sx{}, sy{}, sz{};
-    for (const Spring* const end = springs_.data() + first_[i + 1]; e != end; ++e) {
-      const double nx = e->direction[0], ny = e->direction[1], nz = e->direction[2];
-      const double t = kWithStiffness ? c_k * e->across_n_m : 0, axial = c_k * e->slope_n_m - t + c_d * e->damping_n_s_m;
-      const NodeLanes& other = in[e->b];
-      const ColumnLanes ux = x - lanes(other.x), uy = y - lanes(other.y), uz = spatial * (z - lanes(other.z));
-      ColumnLanes pull = nz * uz, fx{}, fy{}, fz{};
-      if constexpr (kWithStiffness) fx = t * ux, fy = t * uy, fz = t * uz;
-      add_product(ny, uy, pull), add_product(nx, ux, pull);
-      pull *= axial;
-      add_product(nx, pull, fx), add_product(ny, pull, fy), add_product(nz, pull, fz);
-      sx += fx, sy += fy, sz += fz;
-      NodeLanes& to = sum[e->b];
-      lanes(to.x) -= fx, lanes(to.y) -= fy, lanes(to.z) -= fz;
-    }
-    lanes(sum[i].x) += sx, lanes(sum[i].y) += sy, lanes(sum[i].z) += sz;
-  }
 }
 
 }  // namespace palpate

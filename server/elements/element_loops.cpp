@@ -37,6 +37,19 @@ struct OwnNumbers {
   }
 };
 
+template <std::size_t N>
+struct OwnNumbers<N, TrussShape> {
+  const EightNumbers* numbers;
+  std::size_t from;
+
+  PALPATE_INLINE static constexpr double g(int node, int) { return node == 0 ? -1 : 1; }
+  PALPATE_INLINE void read(Lanes<double, N>& stiffness, Lanes<double, N>& rest, Lanes<double, N>& damper) const {
+    load_lanes(numbers[0].of + from, stiffness);
+    load_lanes(numbers[1].of + from, rest);
+    load_lanes(numbers[2].of + from, damper);
+  }
+};
+
 /// The elements of a group from one lane on, as many as fit into a vector.
 template <std::size_t N, class Shape, class Numbers>
 struct Part {
@@ -66,7 +79,8 @@ struct Part {
       }
   }
 
-  /// Adds the forces of a stress to f.
+  /// Adds the forces of a stress to f. In most bodies elements with the same first node follow each other: the forces on it are
+  /// summed before they are stored.
   PALPATE_INLINE void scatter(const Gradient& p, double* f) const {
     constexpr std::size_t kOthers = Shape::kNodes - 1;
     alignas(64) double force[kOthers][3][N];
@@ -76,15 +90,19 @@ struct Part {
         for (int m = 1; m < Shape::kColumns; ++m) sum += p.of[r][m] * numbers.g(static_cast<int>(i) + 1, m);
         store_lanes(sum, force[i][r]);
       }
-    for (std::size_t l = 0; l < used(); ++l) {
-      double* const f0 = f + 3 * std::size_t{group.nodes[0][from + l]};
-      for (std::size_t i = 0; i < kOthers; ++i) {
-        double* const fi = f + 3 * std::size_t{group.nodes[i + 1][from + l]};
-        for (std::size_t r = 0; r < 3; ++r) {
-          fi[r] -= force[i][r][l];
-          f0[r] += force[i][r][l];
+    for (std::size_t l = 0; l < used();) {
+      const std::uint32_t first = group.nodes[0][from + l];
+      double* const f0 = f + 3 * std::size_t{first};
+      double sum[3] = {f0[0], f0[1], f0[2]};
+      for (; l < used() && group.nodes[0][from + l] == first; ++l)
+        for (std::size_t i = 0; i < kOthers; ++i) {
+          double* const fi = f + 3 * std::size_t{group.nodes[i + 1][from + l]};
+          for (std::size_t r = 0; r < 3; ++r) {
+            fi[r] -= force[i][r][l];
+            sum[r] += force[i][r][l];
+          }
         }
-      }
+      for (std::size_t r = 0; r < 3; ++r) f0[r] = sum[r];
     }
   }
 
@@ -107,42 +125,81 @@ PALPATE_INLINE void displacement_gradient(const LaneGradient<L, Columns>& at, La
 template <std::size_t N, class Shape, class Of>
 PALPATE_INLINE void for_parts(const ElementGroup<Shape>& group, const Of& of) {
   for (std::size_t from = 0; from < group.count; from += N) {
-    if (group.shape)
-      of(Part<N, Shape, SharedNumbers<N, Shape>>{group, from, {*group.shape}});
-    else
-      of(Part<N, Shape, OwnNumbers<N, Shape>>{group, from, {group.numbers.data(), from}});
+    if constexpr (!kIsTruss<Shape>)
+      if (group.shape) {
+        of(Part<N, Shape, SharedNumbers<N, Shape>>{group, from, {*group.shape}});
+        continue;
+      }
+    of(Part<N, Shape, OwnNumbers<N, Shape>>{group, from, {group.numbers.data(), from}});
   }
 }
+
+/// Springs at one state. One of no length has no direction, force or stiffness.
+template <typename L>
+struct LaneAxial {
+  L n[3], across, axial, slope, damper;  ///< n, t, s, T', c
+
+  template <class Of>
+  PALPATE_INLINE LaneAxial(const SpringMaterial& m, const Of& part, const double* x, const double* v) {
+    constexpr double kLeastLength = 1e-12;
+    LaneGradient<L, 1> d, w;
+    L stiffness, rest, length, tension;
+    part.gradient(x, d);
+    part.gradient(v, w);
+    part.numbers.read(stiffness, rest, damper);
+    const L square = d.of[0][0] * d.of[0][0] + d.of[1][0] * d.of[1][0] + d.of[2][0] * d.of[2][0], none{};
+    lane_roots(square, length);
+    const L elongation = length - rest, inverse = length > kLeastLength ? 1.0 / length : none;
+    m.respond(stiffness, rest, elongation, tension, slope);
+    for (int r = 0; r < 3; ++r) n[r] = d.of[r][0] * inverse;
+    axial = tension + damper * (n[0] * w.of[0][0] + n[1] * w.of[1][0] + n[2] * w.of[2][0]);
+    slope = length > kLeastLength ? slope : none;
+    across = axial * inverse;
+  }
+};
 
 template <class Shape>
 struct ForceLoop {
   template <std::size_t N>
-  PALPATE_INLINE static void run(const ElementMaterial& m, const ElementGroup<Shape>& group, const double* x, const double* v,
+  PALPATE_INLINE static void run(const MaterialOf<Shape>& m, const ElementGroup<Shape>& group, const double* x, const double* v,
                                  double* f) {
-    using L = Lanes<double, N>;
     for_parts<N>(
         group, [&](const auto& part) __attribute__((always_inline)) {
-          LaneGradient<L, Shape::kColumns> at, p;
-          LaneMatrix<L> h, stress{};
-          LaneModuli<L> moduli;
-          part.gradient(x, at);
-          displacement_gradient(at, h);
-          part.moduli(m, 1, moduli);
-          Variants<StressLoop>::at<N>(*m.law, moduli, h, stress);
-          p.set_mean(stress);
-          for (int a = 0; a < Shape::kModes; ++a)
-            for (int r = 0; r < 3; ++r) p.of[r][3 + a] = part.numbers.k(a) * at.of[r][3 + a];
-          if (m.is_viscous()) {
-            LaneGradient<L, Shape::kColumns> rate;
-            LaneMatrix<L> deformation;
-            LaneDamping<L, Shape::kModes> damping;
-            part.gradient(v, rate);
-            at.mean(deformation);
-            part.damping(m, 1, damping);
-            add_generalised_viscous_stress(damping, deformation, at, rate, p);
-          }
+          LaneGradient<Lanes<double, N>, Shape::kColumns> p;
+          stress<N>(m, part, x, v, p);
           part.scatter(p, f);
         });
+  }
+
+ private:
+  template <std::size_t N, class Of>
+  PALPATE_INLINE static void stress(const SpringMaterial& m, const Of& part, const double* x, const double* v,
+                                    LaneGradient<Lanes<double, N>, 1>& p) {
+    const LaneAxial<Lanes<double, N>> at(m, part, x, v);
+    for (int r = 0; r < 3; ++r) p.of[r][0] = at.axial * at.n[r];
+  }
+  template <std::size_t N, class Of>
+  PALPATE_INLINE static void stress(const ElementMaterial& m, const Of& part, const double* x, const double* v,
+                                    LaneGradient<Lanes<double, N>, Shape::kColumns>& p) {
+    using L = Lanes<double, N>;
+    LaneGradient<L, Shape::kColumns> at;
+    LaneMatrix<L> h, stress{};
+    LaneModuli<L> moduli;
+    part.gradient(x, at);
+    displacement_gradient(at, h);
+    part.moduli(m, 1, moduli);
+    Variants<StressLoop>::at<N>(*m.law, moduli, h, stress);
+    p.set_mean(stress);
+    for (int a = 0; a < Shape::kModes; ++a)
+      for (int r = 0; r < 3; ++r) p.of[r][3 + a] = part.numbers.k(a) * at.of[r][3 + a];
+    if (!m.is_viscous()) return;
+    LaneGradient<L, Shape::kColumns> rate;
+    LaneMatrix<L> deformation;
+    LaneDamping<L, Shape::kModes> damping;
+    part.gradient(v, rate);
+    at.mean(deformation);
+    part.damping(m, 1, damping);
+    add_generalised_viscous_stress(damping, deformation, at, rate, p);
   }
 };
 
@@ -193,16 +250,36 @@ struct ModeBlocks {
 template <class Shape>
 struct BlockLoop {
   template <std::size_t N>
-  PALPATE_INLINE static void run(const ElementMaterial& m, const ElementGroup<Shape>& group, const double* x, double c_d,
-                                 double c_k, bool clamp, ElementBlocks<Shape>& out) {
+  PALPATE_INLINE static void run(const MaterialOf<Shape>& m, const ElementGroup<Shape>& group, const double* x, const double* v,
+                                 double c_d, double c_k, bool clamp, ElementBlocks<Shape>& out) {
     for_parts<N>(
-        group, [&](const auto& part) __attribute__((always_inline)) { blocks_of<N>(m, part, x, c_d, c_k, clamp, out); });
+        group, [&](const auto& part) __attribute__((always_inline)) { blocks_of<N>(m, part, x, v, c_d, c_k, clamp, out); });
   }
 
  private:
   template <std::size_t N, class Of>
-  PALPATE_INLINE static void blocks_of(const ElementMaterial& m, const Of& part, const double* x, double c_d, double c_k,
-                                       bool clamp, ElementBlocks<Shape>& out) {
+  PALPATE_INLINE static void blocks_of(const SpringMaterial& m, const Of& part, const double* x, const double* v, double c_d,
+                                       double c_k, bool clamp, ElementBlocks<Shape>& out) {
+    using L = Lanes<double, N>;
+    const LaneAxial<L> at(m, part, x, v);
+    const int axes = m.planar ? 2 : 3;
+    const L none{};
+    L across = c_k * at.across;
+    if (clamp) across = across > 0.0 ? across : none;
+    const L along = c_k * at.slope - across + c_d * at.damper;
+    for (int n = 0; n < 9; ++n) {
+      const int r = n / 3, c = n % 3;
+      L k{};
+      if (r < axes && c < axes) k = along * at.n[r] * at.n[c] + (r == c ? across : none);
+      const L minus = -k;
+      store_lanes(k, out.at[pair_index(0, 0)][static_cast<std::size_t>(n)].of + part.from);
+      store_lanes(minus, out.at[pair_index(1, 0)][static_cast<std::size_t>(n)].of + part.from);
+      store_lanes(k, out.at[pair_index(1, 1)][static_cast<std::size_t>(n)].of + part.from);
+    }
+  }
+  template <std::size_t N, class Of>
+  PALPATE_INLINE static void blocks_of(const ElementMaterial& m, const Of& part, const double* x, const double*, double c_d,
+                                       double c_k, bool clamp, ElementBlocks<Shape>& out) {
     using L = Lanes<double, N>;
     constexpr int kNodes = Shape::kNodes;
     const double viscous = c_d * m.damping_s;
@@ -268,26 +345,38 @@ struct BlockLoop {
 template <class Shape>
 struct LinearisationLoop {
   template <std::size_t N>
-  PALPATE_INLINE static void run(const ElementMaterial& m, const ElementGroup<Shape>& group, const double* x,
+  PALPATE_INLINE static void run(const MaterialOf<Shape>& m, const ElementGroup<Shape>& group, const double* x, const double* v,
                                  const std::array<ElementTangent<Shape>*, kElementLanes>& tangents) {
-    using L = Lanes<double, N>;
     for_parts<N>(
-        group, [&](const auto& part) __attribute__((always_inline)) {
-          LaneGradient<L, Shape::kColumns> at;
-          LaneMatrix<L> h;
-          LaneModuli<L> moduli;
-          Tangent<L> a;
-          part.gradient(x, at);
-          displacement_gradient(at, h);
-          part.moduli(m, 1, moduli);
-          Variants<TangentLoop>::at<N>(*m.law, moduli, h, false, a);
-          for (std::size_t l = 0; l < part.used(); ++l) {
-            ElementTangent<Shape>& to = *tangents[part.from + l];
-            for (int n = 0; n < 45; ++n) to.elastic[n] = a.of[n][l];
-            for (int r = 0; r < 3; ++r)
-              for (int c = 0; c < Shape::kColumns; ++c) to.gradient[r][c] = at.of[r][c][l];
-          }
-        });
+        group, [&](const auto& part) __attribute__((always_inline)) { linearise<N>(m, part, x, v, &tangents[part.from]); });
+  }
+
+ private:
+  template <std::size_t N, class Of>
+  PALPATE_INLINE static void linearise(const SpringMaterial& m, const Of& part, const double* x, const double* v,
+                                       ElementTangent<Shape>* const* tangents) {
+    const LaneAxial<Lanes<double, N>> at(m, part, x, v);
+    for (std::size_t l = 0; l < part.used(); ++l)
+      *tangents[l] = {{at.n[0][l], at.n[1][l], at.n[2][l]}, at.slope[l], at.across[l], at.damper[l]};
+  }
+  template <std::size_t N, class Of>
+  PALPATE_INLINE static void linearise(const ElementMaterial& m, const Of& part, const double* x, const double*,
+                                       ElementTangent<Shape>* const* tangents) {
+    using L = Lanes<double, N>;
+    LaneGradient<L, Shape::kColumns> at;
+    LaneMatrix<L> h;
+    LaneModuli<L> moduli;
+    Tangent<L> a;
+    part.gradient(x, at);
+    displacement_gradient(at, h);
+    part.moduli(m, 1, moduli);
+    Variants<TangentLoop>::at<N>(*m.law, moduli, h, false, a);
+    for (std::size_t l = 0; l < part.used(); ++l) {
+      ElementTangent<Shape>& to = *tangents[l];
+      for (int n = 0; n < 45; ++n) to.elastic[n] = a.of[n][l];
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < Shape::kColumns; ++c) to.gradient[r][c] = at.of[r][c][l];
+    }
   }
 };
 
@@ -388,6 +477,42 @@ struct ProductLoop {
   }
 };
 
+template <>
+struct ProductLoop<TrussShape> {
+  template <std::size_t N>
+  PALPATE_INLINE static void run(const ElementProducts<TrussShape>& elements, const NodeLanes* y, double c_k, double c_d,
+                                 NodeLanes* k_y, NodeLanes* d_y) {
+    const double spatial = elements.materials[0].planar ? 0 : 1;
+    const bool together = k_y == d_y;
+    for (std::size_t e = 0; e < elements.cells.size(); ++e) {
+      const auto [a, b] = elements.cells[e].nodes;
+      const ElementTangent<TrussShape>& at = elements.tangents[e];
+      const double across = c_k * at.across_n_m, damper = c_d * at.damping_n_s_m,
+                   along = c_k * at.slope_n_m - across + (together ? damper : 0);
+      const ColumnLanes u[3] = {lanes(y[a].x) - lanes(y[b].x), lanes(y[a].y) - lanes(y[b].y),
+                                spatial * (lanes(y[a].z) - lanes(y[b].z))};
+      ColumnLanes stretch{}, f[3];
+      for (int r = 0; r < 3; ++r) add_product(at.direction[r], u[r], stretch);
+      const ColumnLanes pull = along * stretch;
+      for (int r = 0; r < 3; ++r) {
+        f[r] = across * u[r];
+        add_product(at.direction[r], pull, f[r]);
+      }
+      add(f, a, b, k_y);
+      if (together) continue;
+      stretch *= damper;
+      for (int r = 0; r < 3; ++r) f[r] = at.direction[r] * stretch;
+      add(f, a, b, d_y);
+    }
+  }
+
+ private:
+  PALPATE_INLINE static void add(const ColumnLanes (&f)[3], std::uint32_t a, std::uint32_t b, NodeLanes* to) {
+    lanes(to[a].x) += f[0], lanes(to[a].y) += f[1], lanes(to[a].z) += f[2];
+    lanes(to[b].x) -= f[0], lanes(to[b].y) -= f[1], lanes(to[b].z) -= f[2];
+  }
+};
+
 template <class Shape, class Loop, typename... Arguments>
 void put_variants(void (*ElementLoops<Shape>::*member)(Arguments...), std::vector<ElementLoops<Shape>>& loops) {
   const auto variants = Variants<Loop>::template all<Arguments...>();
@@ -414,6 +539,16 @@ std::vector<EightNumbers> ShapeNumbers<Shape>::of(std::span<const Shape* const> 
   return numbers;
 }
 
+std::vector<EightNumbers> ShapeNumbers<TrussShape>::of(std::span<const TrussShape* const> shapes) {
+  std::vector<EightNumbers> numbers(3, EightNumbers{});
+  for (std::size_t l = 0; l < shapes.size(); ++l) {
+    numbers[0].of[l] = shapes[l]->stiffness_n_m;
+    numbers[1].of[l] = shapes[l]->rest_length_m;
+    numbers[2].of[l] = shapes[l]->damping_n_s_m;
+  }
+  return numbers;
+}
+
 template <class Shape>
 std::span<const ElementLoops<Shape>> element_loops() {
   static const std::vector<ElementLoops<Shape>> loops = [] {
@@ -429,6 +564,7 @@ std::span<const ElementLoops<Shape>> element_loops() {
 
 template struct ShapeNumbers<TetraShape>;
 template struct ShapeNumbers<HexaShape>;
+template std::span<const ElementLoops<TrussShape>> element_loops();
 template std::span<const ElementLoops<TetraShape>> element_loops();
 template std::span<const ElementLoops<HexaShape>> element_loops();
 

@@ -27,6 +27,10 @@
 // that a patch has all of it in its linear part. Viscous stress of the modes: t k_a times the rate of F^T q_a, t the damping
 // time, so that rotations are not resisted.
 //
+// Truss (a spring, with forces along the line between its nodes only): g_a = -1, g_b = 1, so that its gradient is the vector d =
+// x_b
+// - x_a [m] between its nodes and its stress the tension along it [N].
+//
 // Source: Flanagan and Belytschko, IJNME 17 (1981), for gamma; Belytschko and Bindeman, Assumed strain stabilization of the eight
 // node hexahedral element, CMAME 105 (1993), for a stiffness of the modes derived from bending.
 #pragma once
@@ -58,6 +62,18 @@ struct ElementShape {
   Eigen::Matrix<double, Modes, Nodes> gamma;  ///< columns gamma_i
   double volume_m3 = 0;                       ///< V
   std::array<double, Modes> k{};              ///< k_a [N/m]
+};
+
+struct TrussShape {
+  static constexpr int kNodes = 2, kModes = 0, kColumns = 1;
+  using Positions = Eigen::Matrix<double, 3, 2>;
+  using Gradient = Vec3;
+
+  explicit TrussShape(const Element& of)
+      : stiffness_n_m(of.stiffness_n_m), rest_length_m(of.rest_length_m), damping_n_s_m(of.damping_n_s_m) {}
+  static Gradient gradient(const Positions& x) { return x.col(1) - x.col(0); }
+
+  double stiffness_n_m, rest_length_m, damping_n_s_m;
 };
 
 using TetraShape = ElementShape<4, 0>;

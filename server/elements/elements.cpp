@@ -10,6 +10,7 @@
 namespace palpate {
 namespace {
 
+const auto& cells_of(const LumpedBody& body, const TrussShape*) { return body.elements; }
 const auto& cells_of(const LumpedBody& body, const TetraShape*) { return body.tetrahedra; }
 const auto& cells_of(const LumpedBody& body, const HexaShape*) { return body.hexahedra; }
 
@@ -36,37 +37,50 @@ template <class Shape>
 Elements<Shape>::Elements(const LumpedBody& body, const BlockMatrix& pattern) : body_(&body) {
   const auto& all = cells_of(body, static_cast<const Shape*>(nullptr));
   if (all.empty()) return;
-  for (const SolidMaterial& m : body.materials) materials_.emplace_back(m);
+  if constexpr (kIsTruss<Shape>)
+    materials_.emplace_back(body);
+  else
+    for (const SolidMaterial& m : body.materials) materials_.emplace_back(m);
   cells_.reserve(all.size());
   for (const auto& one : all) {
-    cells_.push_back({one.nodes, 0, one.material});
-    for (const std::uint32_t i : one.nodes)
-      for (const std::uint32_t j : one.nodes) entries_.push_back(i == j ? pattern.diagonal(i) : pattern.find(i, j));
+    if constexpr (kIsTruss<Shape>)
+      cells_.push_back({{one.a, one.b}, 0, 0});
+    else
+      cells_.push_back({one.nodes, 0, one.material});
+    for (const std::uint32_t i : cells_.back().nodes)
+      for (const std::uint32_t j : cells_.back().nodes) entries_.push_back(i == j ? pattern.diagonal(i) : pattern.find(i, j));
   }
   find_shapes();
   list_incident();
   std::vector<std::uint32_t> order(cells_.size());
   std::iota(order.begin(), order.end(), 0U);
   batches_ = batches(order);
-  const bool has_mass = Shape::kModes > 0 || body.hexahedra.empty();  // a solid's membrane has its mass
+  const bool has_mass = !kIsTruss<Shape> && (Shape::kModes > 0 || body.hexahedra.empty());  // a solid's membrane has its mass
   if (!has_mass || body.mass_damping_1_s == 0) return;
   for (const double mass_kg : body.masses_kg) mass_damping_n_s_m_.push_back(body.mass_damping_1_s * mass_kg);
 }
 
 template <class Shape>
 void Elements<Shape>::find_shapes() {
-  std::map<ShapeKey<Shape>, std::uint32_t> known;
   std::vector<Shape> shapes;
-  for (Cell& cell : cells_) {
-    typename Shape::Positions rest;
-    for (int i = 0; i < Shape::kNodes; ++i) rest.col(i) = body_->nodes[cell.nodes[static_cast<std::size_t>(i)]];
-    const auto [shape, fresh] = known.try_emplace(key_of<Shape>(rest, cell.material), static_cast<std::uint32_t>(shapes.size()));
-    if (fresh) {
-      shapes.emplace_back(rest, body_->materials[cell.material].young_pa);
-      of_shape_.push_back(0);
+  if constexpr (kIsTruss<Shape>) {  // each its own, so that batches keep the order of the body
+    for (std::uint32_t k = 0; k < cells_.size(); ++k) cells_[k].shape = k;
+    for (const Element& spring : body_->elements) shapes.emplace_back(spring);
+    of_shape_.assign(cells_.size(), 1);
+  } else {
+    std::map<ShapeKey<Shape>, std::uint32_t> known;
+    for (Cell& cell : cells_) {
+      typename Shape::Positions rest;
+      for (int i = 0; i < Shape::kNodes; ++i) rest.col(i) = body_->nodes[cell.nodes[static_cast<std::size_t>(i)]];
+      const auto [shape, fresh] =
+          known.try_emplace(key_of<Shape>(rest, cell.material), static_cast<std::uint32_t>(shapes.size()));
+      if (fresh) {
+        shapes.emplace_back(rest, body_->materials[cell.material].young_pa);
+        of_shape_.push_back(0);
+      }
+      cell.shape = shape->second;
+      ++of_shape_[cell.shape];
     }
-    cell.shape = shape->second;
-    ++of_shape_[cell.shape];
   }
   shapes_ = std::make_shared<const std::vector<Shape>>(std::move(shapes));
 }
@@ -129,7 +143,8 @@ typename Shape::Gradient Elements<Shape>::gradient(std::uint32_t element, const 
 }
 
 template <class Shape>
-typename Shape::Gradient Elements<Shape>::elastic_stress(std::uint32_t element, const typename Shape::Gradient& at) const {
+typename Shape::Gradient Elements<Shape>::elastic_stress(std::uint32_t element, const typename Shape::Gradient& at) const
+    requires(!kIsTruss<Shape>) {
   const Shape& of = shape(element);
   typename Shape::Gradient p = at;
   p.template leftCols<3>() = of.volume_m3 * palpate::elastic_stress(material(element), at.template leftCols<3>());
@@ -162,7 +177,7 @@ void Elements<Shape>::add_tangents(const BodyState& state, double c_d, double c_
   constexpr std::size_t kPairs = std::size_t{Shape::kNodes} * Shape::kNodes;
   Blocks side_by_side;
   for (const Batch& batch : batches_) {
-    blocks(batch, state.x, c_d, c_k, clamp, side_by_side);
+    blocks(batch, state, c_d, c_k, clamp, side_by_side);
     for (std::size_t lane = 0; lane < batch.group.count; ++lane) {
       const std::uint32_t k = batch.cells[lane];
       add_blocks(side_by_side, lane, cells_[k], &entries_[kPairs * k], held, a);
@@ -189,14 +204,13 @@ void Elements<Shape>::add_blocks(const Blocks& blocks, std::size_t lane, const C
 }
 
 template <class Shape>
-std::vector<ElementTangent<Shape>> Elements<Shape>::tangents(const BodyState& state) const {
-  std::vector<ElementTangent<Shape>> tangents(cells_.size());
+void Elements<Shape>::find_tangents(const BodyState& state, std::vector<ElementTangent<Shape>>& tangents) const {
+  tangents.resize(cells_.size());
   for (const Batch& batch : batches_) {
     std::array<ElementTangent<Shape>*, kElementLanes> to{};
     for (std::size_t lane = 0; lane < batch.group.count; ++lane) to[lane] = &tangents[batch.cells[lane]];
-    loops().tangents(materials_[batch.group.material], batch.group, state.x.data(), to);
+    loops().tangents(materials_[batch.group.material], batch.group, state.x.data(), state.v.data(), to);
   }
-  return tangents;
 }
 
 template <class Shape>
@@ -215,23 +229,31 @@ void Elements<Shape>::add_products(const std::vector<ElementTangent<Shape>>& at,
 template <class Shape>
 double Elements<Shape>::energy(const Vector& x) const {
   double energy = 0;
-  std::array<Mat3, 4> f;
-  for (std::uint32_t first = 0, count = 0; first < cells_.size(); first += count) {
-    for (count = 0; count < f.size() && first + count < cells_.size(); ++count) {
-      const std::uint32_t k = first + count;
-      if (&material(k) != &material(first)) break;
-      const typename Shape::Gradient at = gradient(k, x);
-      f[count] = at.template leftCols<3>();
-      for (int a = 0; a < Shape::kModes; ++a)
-        energy += 0.5 * shape(k).k[static_cast<std::size_t>(a)] * at.col(3 + a).squaredNorm();
+  if constexpr (kIsTruss<Shape>) {
+    for (std::uint32_t k = 0; k < cells_.size(); ++k) {
+      const Shape& of = shape(k);
+      energy += material(k).energy(of.stiffness_n_m, of.rest_length_m, gradient(k, x).norm() - of.rest_length_m);
     }
-    std::fill(f.begin() + count, f.end(), f[0]);
-    const std::array<double, 4> density = elastic_energy_densities(material(first), f);
-    for (std::uint32_t l = 0; l < count; ++l) energy += shape(first + l).volume_m3 * density[l];
+  } else {
+    std::array<Mat3, 4> f;
+    for (std::uint32_t first = 0, count = 0; first < cells_.size(); first += count) {
+      for (count = 0; count < f.size() && first + count < cells_.size(); ++count) {
+        const std::uint32_t k = first + count;
+        if (&material(k) != &material(first)) break;
+        const typename Shape::Gradient at = gradient(k, x);
+        f[count] = at.template leftCols<3>();
+        for (int a = 0; a < Shape::kModes; ++a)
+          energy += 0.5 * shape(k).k[static_cast<std::size_t>(a)] * at.col(3 + a).squaredNorm();
+      }
+      std::fill(f.begin() + count, f.end(), f[0]);
+      const std::array<double, 4> density = elastic_energy_densities(material(first), f);
+      for (std::uint32_t l = 0; l < count; ++l) energy += shape(first + l).volume_m3 * density[l];
+    }
   }
   return energy;
 }
 
+template class Elements<TrussShape>;
 template class Elements<TetraShape>;
 template class Elements<HexaShape>;
 

@@ -1,4 +1,4 @@
-// All finite elements of one kind of a body: tetrahedra with the triangles of a membrane, or hexahedra (element_shape.hpp,
+// All elements of one kind of a body: springs, tetrahedra with the triangles of a membrane, or hexahedra (element_shape.hpp,
 // element_loops.hpp). Signs and symbols as in dynamics.hpp.
 //
 // Masses are lumped: a node's share of an element is the integral of its shape function. Mass-proportional damping is a force
@@ -25,11 +25,12 @@ class Elements {
 
   bool empty() const { return cells_.empty(); }
   const Shape& shape(std::uint32_t element) const { return (*shapes_)[cells_[element].shape]; }
-  const ElementMaterial& material(std::uint32_t element) const { return materials_[cells_[element].material]; }
+  const MaterialOf<Shape>& material(std::uint32_t element) const { return materials_[cells_[element].material]; }
   /// Returns (F, q) of one element for any nodal field.
   typename Shape::Gradient gradient(std::uint32_t element, const Eigen::Ref<const Vector>& y) const;
   /// Returns the elastic stress of (F, q), times V [J and N].
-  typename Shape::Gradient elastic_stress(std::uint32_t element, const typename Shape::Gradient& at) const;
+  typename Shape::Gradient elastic_stress(std::uint32_t element, const typename Shape::Gradient& at) const
+      requires(!kIsTruss<Shape>);
   /// Adds the forces of the elements to f.
   void add_forces(const Vector& x, const Vector& v, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;
@@ -44,11 +45,11 @@ class Elements {
   /// Groups these cells, those of one shape together.
   std::vector<Batch> batches(std::span<const std::uint32_t> cells) const;
   /// Computes c_d D + c_k K between the nodes of each, without mass-proportional damping; see ElementLoops for `clamp`.
-  void blocks(const Batch& batch, const Vector& x, double c_d, double c_k, bool clamp, Blocks& blocks) const {
-    loops().blocks(materials_[batch.group.material], batch.group, x.data(), c_d, c_k, clamp, blocks);
+  void blocks(const Batch& batch, const BodyState& at, double c_d, double c_k, bool clamp, Blocks& blocks) const {
+    loops().blocks(materials_[batch.group.material], batch.group, at.x.data(), at.v.data(), c_d, c_k, clamp, blocks);
   }
-  /// Returns the tangent of each element at one state, for products with K and D.
-  std::vector<ElementTangent<Shape>> tangents(const BodyState& state) const;
+  /// Computes the tangent of each element at one state, for products with K and D.
+  void find_tangents(const BodyState& state, std::vector<ElementTangent<Shape>>& tangents) const;
   /// Adds c_k K Y to k_y and c_d D Y to d_y, which may be one, for the columns of Y.
   void add_products(const std::vector<ElementTangent<Shape>>& at, const std::vector<NodeLanes>& y, double c_k, double c_d,
                     std::vector<NodeLanes>& k_y, std::vector<NodeLanes>& d_y) const;
@@ -66,7 +67,7 @@ class Elements {
                          const std::vector<std::uint8_t>& held, BlockMatrix& a);
 
   const LumpedBody* body_;
-  std::vector<ElementMaterial> materials_;
+  std::vector<MaterialOf<Shape>> materials_;
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> entries_;                // of the pattern, for each cell's pairs of nodes
   std::shared_ptr<const std::vector<Shape>> shapes_;  // batches point into it
@@ -76,8 +77,10 @@ class Elements {
   std::vector<double> mass_damping_n_s_m_;            // c m_i of each node where these elements apply it, or empty
 };
 
+using Springs = Elements<TrussShape>;
 using Tetrahedra = Elements<TetraShape>;
 using Hexahedra = Elements<HexaShape>;
+extern template class Elements<TrussShape>;
 extern template class Elements<TetraShape>;
 extern template class Elements<HexaShape>;
 

@@ -18,13 +18,9 @@ ElementGradient element_gradient(const Dynamics& dynamics, std::uint32_t e) {
 
 Mat3 mean_gradient(const Dynamics& dynamics, std::uint32_t e, const Eigen::Ref<const Vector>& y) {
   assert(y.size() == 3 * static_cast<Eigen::Index>(dynamics.nodes()));
-  if (e < dynamics.body().hexahedra.size()) return dynamics.hexahedra().gradient(e, y).leftCols<3>();
-  const ElementGradient element = element_gradient(dynamics, e);
-  const auto place = [&](std::size_t i) { return y.segment<3>(3 * static_cast<Eigen::Index>(element.nodes[i])); };
-  Mat3 f = Mat3::Zero();
-  for (std::size_t i = 1; i < element.nodes.size(); ++i)
-    f += (place(i) - place(0)) * element.b.col(static_cast<Eigen::Index>(i)).transpose();
-  return f;
+  const auto hexahedra = static_cast<std::uint32_t>(dynamics.body().hexahedra.size());
+  if (e < hexahedra) return dynamics.hexahedra().gradient(e, y).leftCols<3>();
+  return dynamics.tetrahedra().gradient(e - hexahedra, y);
 }
 
 }  // namespace palpate

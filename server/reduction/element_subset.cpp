@@ -12,12 +12,12 @@ namespace palpate {
 ElementSubset::ElementSubset(const Dynamics& dynamics, std::span<const std::uint32_t> elements) : dynamics_(&dynamics) {
   const LumpedBody& body = dynamics.body();
   const auto hexahedra = static_cast<std::uint32_t>(body.hexahedra.size());
-  std::vector<std::uint32_t> of_tetrahedra, of_hexahedra;
+  std::vector<std::uint32_t> of_springs, of_tetrahedra, of_hexahedra;
   std::array<std::uint32_t, 2> scratch;
   for (const std::uint32_t e : elements) {
     for (const std::uint32_t i : nodes_of(body, e, scratch)) nodes_.push_back(i);
     if (!body.is_solid())
-      springs_.push_back(e);
+      of_springs.push_back(e);
     else if (e < hexahedra)
       of_hexahedra.push_back(e);
     else
@@ -25,6 +25,7 @@ ElementSubset::ElementSubset(const Dynamics& dynamics, std::span<const std::uint
   }
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
+  if (!of_springs.empty()) springs_ = dynamics.springs().batches(of_springs);
   if (!of_tetrahedra.empty()) tetrahedra_ = dynamics.tetrahedra().batches(of_tetrahedra);
   if (!of_hexahedra.empty()) hexahedra_ = dynamics.hexahedra().batches(of_hexahedra);
   find_links();
@@ -35,24 +36,18 @@ void ElementSubset::find_links() {
   const auto index = [&](std::uint32_t node) {
     return static_cast<std::uint32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), node) - nodes_.begin());
   };
-  const auto add = [&](std::size_t nodes, const auto& node) {
-    for (std::size_t i = 0; i < nodes; ++i)
-      for (std::size_t j = 0; j <= i; ++j) {
-        const std::uint32_t row = index(node(i)), column = index(node(j));
-        const auto [link, fresh] = known.try_emplace(std::minmax(row, column), static_cast<std::uint32_t>(links_.size()));
-        if (fresh) links_.push_back({std::min(row, column), std::max(row, column)});
-        targets_.push_back(2 * link->second + (row > column ? 1 : 0));
-      }
-  };
   const auto add_batches = [&](const auto& batches) {
     for (const auto& batch : batches)
       for (std::size_t lane = 0; lane < batch.group.count; ++lane)
-        add(batch.group.nodes.size(), [&](std::size_t i) { return batch.group.nodes[i][lane]; });
+        for (std::size_t i = 0; i < batch.group.nodes.size(); ++i)
+          for (std::size_t j = 0; j <= i; ++j) {
+            const std::uint32_t row = index(batch.group.nodes[i][lane]), column = index(batch.group.nodes[j][lane]);
+            const auto [link, fresh] = known.try_emplace(std::minmax(row, column), static_cast<std::uint32_t>(links_.size()));
+            if (fresh) links_.push_back({std::min(row, column), std::max(row, column)});
+            targets_.push_back(2 * link->second + (row > column ? 1 : 0));
+          }
   };
-  for (const std::uint32_t e : springs_) {
-    const Element& spring = dynamics_->body().elements[e];
-    add(2, [&](std::size_t i) { return i == 0 ? spring.a : spring.b; });
-  }
+  add_batches(springs_);
   add_batches(tetrahedra_);
   add_batches(hexahedra_);
 }
@@ -65,28 +60,13 @@ ElementSubset::Pair ElementSubset::transposed(const Pair& pair) {
   return other;
 }
 
-void ElementSubset::add_springs(const BodyState& state, bool clamp, Target& target, std::vector<Pair>& sums) const {
-  const LumpedBody& body = dynamics_->body();
-  const SpringKernel kernel(body.law, body.stiffening);
-  for (const std::uint32_t k : springs_) {
-    const Element& e = body.elements[k];
-    const ElementState s =
-        kernel.evaluate(e, at_node(state.x, e.b) - at_node(state.x, e.a), at_node(state.v, e.b) - at_node(state.v, e.a));
-    Pair own;  // of symmetric blocks
-    own << SpringKernel::stiffness_symmetric(s, clamp).reshaped().array(), SpringKernel::damping(e, s).reshaped().array();
-    sums[*target++ / 2] += own;
-    sums[*target++ / 2] -= own;
-    sums[*target++ / 2] += own;
-  }
-}
-
 template <typename Elements>
-void ElementSubset::add_batches(const Elements& elements, const std::vector<typename Elements::Batch>& batches, const Vector& x,
-                                bool clamp, Target& target, std::vector<Pair>& sums) const {
+void ElementSubset::add_batches(const Elements& elements, const std::vector<typename Elements::Batch>& batches,
+                                const BodyState& state, bool clamp, Target& target, std::vector<Pair>& sums) const {
   typename Elements::Blocks k, d;
   for (const auto& batch : batches) {
-    elements.blocks(batch, x, 0, 1, clamp, k);
-    elements.blocks(batch, x, 1, 0, clamp, d);
+    elements.blocks(batch, state, 0, 1, clamp, k);
+    elements.blocks(batch, state, 1, 0, clamp, d);
     for (std::size_t lane = 0; lane < batch.group.count; ++lane)
       for (std::size_t p = 0; p < k.at.size(); ++p, ++target) {
         Pair& to = sums[*target / 2];
@@ -103,9 +83,9 @@ void ElementSubset::add_batches(const Elements& elements, const std::vector<type
 std::vector<ElementSubset::Pair> ElementSubset::sums(const BodyState& state, bool clamp) const {
   std::vector<Pair> sums(links_.size(), Pair::Zero());
   auto target = targets_.begin();
-  add_springs(state, clamp, target, sums);
-  add_batches(dynamics_->tetrahedra(), tetrahedra_, state.x, clamp, target, sums);
-  add_batches(dynamics_->hexahedra(), hexahedra_, state.x, clamp, target, sums);
+  add_batches(dynamics_->springs(), springs_, state, clamp, target, sums);
+  add_batches(dynamics_->tetrahedra(), tetrahedra_, state, clamp, target, sums);
+  add_batches(dynamics_->hexahedra(), hexahedra_, state, clamp, target, sums);
   return sums;
 }
 

@@ -1,7 +1,6 @@
 // A subset of a body's elements, and the sums of their tangents between their nodes:
 //
-//     K_ab, D_ab = sum over these elements of their blocks for nodes a and b
-//                  (spring_kernel.hpp, element_loops.hpp)
+//     K_ab, D_ab = sum over these elements of their blocks for nodes a and b (element_loops.hpp)
 //
 // for each pair of nodes that one of them joins, summed before a coarse grid or reduction is applied.
 #pragma once
@@ -37,19 +36,18 @@ class ElementSubset {
  private:
   using Target = std::vector<std::uint32_t>::const_iterator;
   void find_links();
-  void add_springs(const BodyState& state, bool clamp, Target& target, std::vector<Pair>& sums) const;
   template <typename Elements>
-  void add_batches(const Elements& elements, const std::vector<typename Elements::Batch>& batches, const Vector& x, bool clamp,
-                   Target& target, std::vector<Pair>& sums) const;
+  void add_batches(const Elements& elements, const std::vector<typename Elements::Batch>& batches, const BodyState& state,
+                   bool clamp, Target& target, std::vector<Pair>& sums) const;
 
   const Dynamics* dynamics_ = nullptr;
   std::vector<std::uint32_t> nodes_;
   std::vector<Link> links_;
-  std::vector<std::uint32_t> springs_;
+  std::vector<Springs::Batch> springs_;
   std::vector<Tetrahedra::Batch> tetrahedra_;
   std::vector<Hexahedra::Batch> hexahedra_;
-  // For each pair of nodes of an element (pair_index): twice the link, plus one if the link is reversed. In the order of springs
-  // and batches.
+  // For each pair of nodes of an element (pair_index): twice the link, plus one if the link is reversed. In the order of the
+  // batches.
   std::vector<std::uint32_t> targets_;
 };
 

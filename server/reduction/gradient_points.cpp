@@ -22,27 +22,10 @@ Mat3 axes_towards(const Vec3& b) {
 
 GradientPoints::GradientPoints(const Dynamics& dynamics, const BodyState& state, const Matrix& moved,
                                std::vector<std::uint32_t> elements, int tool)
-    : dynamics_(&dynamics), elements_(std::move(elements)) {
+    : dynamics_(&dynamics), elements_(std::move(elements)), tool_(tool < 0 ? -1 : static_cast<int>(kHeld)) {
+  assert(moved.rows() == state.x.size() && tool < static_cast<int>(dynamics.nodes()));
   at_.resize(elements_of(dynamics.body()));
   for (std::uint32_t k = 0; k < elements_.size(); ++k) at_[elements_[k]] = k;
-  if (dynamics.hexahedra().empty()) {
-    tool_ = tool;
-    take_nodes(state, moved);
-  } else {
-    tool_ = tool < 0 ? -1 : static_cast<int>(kHeld);
-    take_hexahedra(state, moved, tool);
-  }
-}
-
-void GradientPoints::take_nodes(const BodyState& state, const Matrix& moved) {
-  moved_ = moved.cast<float>();
-  at_stamp_ = state.x;
-  at_rest_.resize(state.x.size());
-  for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) at_node(at_rest_, i) = dynamics_->body().nodes[i];
-}
-
-void GradientPoints::take_hexahedra(const BodyState& state, const Matrix& moved, int tool) {
-  assert(moved.rows() == state.x.size() && tool < static_cast<int>(dynamics_->nodes()));
   const std::uint32_t places = number_places(tool);
   moved_.setZero(3 * static_cast<Eigen::Index>(places), moved.cols());
   at_stamp_.setZero(3 * static_cast<Eigen::Index>(places));
@@ -50,10 +33,14 @@ void GradientPoints::take_hexahedra(const BodyState& state, const Matrix& moved,
   // Only the motion of T is stored for o: other places are relative to it.
   if (tool >= 0) moved_.middleRows<3>(3 * kHeld) = moved.middleRows<3>(3 * static_cast<Eigen::Index>(tool)).cast<float>();
   take_corners(state, moved, tool);
+  take_hexahedra(state, moved, tool);
+}
+
+void GradientPoints::take_hexahedra(const BodyState& state, const Matrix& moved, int tool) {
   axes_.resize(elements_.size());
   is_held_.resize(elements_.size());
   for (std::uint32_t k = 0; k < elements_.size(); ++k) {
-    if (is_triangle(elements_[k])) continue;
+    if (!is_hexahedron(elements_[k])) continue;
     const ElementGradient element = element_gradient(*dynamics_, elements_[k]);
     const auto& nodes = element.nodes;
     const auto held = std::find(nodes.begin(), nodes.end(), static_cast<std::uint32_t>(tool));
@@ -80,7 +67,7 @@ std::uint32_t GradientPoints::number_places(int tool) {
   if (tool >= 0) corners_[static_cast<std::size_t>(tool)] = kHeld;
   for (const std::uint32_t e : elements_) {
     first_.push_back(next);
-    if (!is_triangle(e))
+    if (is_hexahedron(e))
       next += 3;
     else
       for (const std::uint32_t node : element_gradient(*dynamics_, e).nodes)
@@ -106,16 +93,15 @@ void GradientPoints::take_corners(const BodyState& state, const Matrix& moved, i
 std::size_t GradientPoints::number(std::uint32_t element) const { return at_[element]; }
 
 std::uint32_t GradientPoints::place(std::uint32_t element, int i) const {
-  if (axes_.empty()) return dynamics_->body().tetrahedra[element].nodes[static_cast<std::size_t>(i)];
-  if (is_triangle(element)) return corners_[element_gradient(*dynamics_, element).nodes[static_cast<std::size_t>(i)]];
+  if (!is_hexahedron(element)) return corners_[element_gradient(*dynamics_, element).nodes[static_cast<std::size_t>(i)]];
   const std::size_t k = number(element);
   if (i == 0) return is_held_[k] ? kHeld : kStill;
   return first_[k] + static_cast<std::uint32_t>(i) - 1;
 }
 
 TetraShape GradientPoints::rest(std::uint32_t element) const {
-  const auto cells = static_cast<std::uint32_t>(dynamics_->body().hexahedra.size());
-  if (element >= cells) return dynamics_->tetrahedra().shape(element - cells);
+  if (!is_hexahedron(element))
+    return dynamics_->tetrahedra().shape(element - static_cast<std::uint32_t>(dynamics_->body().hexahedra.size()));
   const Mat3& axes = axes_[number(element)];
   Mat34 places;
   places << Vec3::Zero(), axes;
@@ -124,20 +110,11 @@ TetraShape GradientPoints::rest(std::uint32_t element) const {
   return rest;
 }
 
-Mat3 GradientPoints::deformation(std::uint32_t element) const {
-  assert(element < at_.size() && elements_[number(element)] == element);
-  const TetraShape at = rest(element);
-  Mat3 f = Mat3::Zero();
-  for (int i = 1; i < 4; ++i)
-    f += (at_node(at_stamp_, place(element, i)) - at_node(at_stamp_, place(element, 0))) * at.b.col(i).transpose();
-  return f;
-}
-
 std::uint32_t GradientPoints::material(std::uint32_t element) const { return element_gradient(*dynamics_, element).material; }
 
 bool GradientPoints::is_triangle(std::uint32_t element) const {
   const LumpedBody& body = dynamics_->body();
-  return element >= body.hexahedra.size() && body.tetrahedra[element - body.hexahedra.size()].is_triangle();
+  return !is_hexahedron(element) && body.tetrahedra[element - body.hexahedra.size()].is_triangle();
 }
 
 }  // namespace palpate

@@ -103,7 +103,7 @@ void add_second_order_of_solid(const Dynamics& dynamics, const BodyState& state,
 }  // namespace
 
 bool has_nonlinear_elements(const LumpedBody& body) {
-  if (!body.is_solid()) return is_smooth(body.law);
+  if (!body.is_solid()) return body.law != SpringLaw::thigh_skin;
   return std::all_of(body.materials.begin(), body.materials.end(), [&](const SolidMaterial& m) {
     return m.law == SolidLaw::membrane || m.parameters() == body.materials.front().parameters();
   });
@@ -152,14 +152,18 @@ std::vector<Vector> second_order_forces(const Dynamics& dynamics, const BodyStat
   const auto n = static_cast<int>(directions.cols());
   std::vector<Vector> forces(static_cast<std::size_t>(pairs_of(n)), Vector::Zero(directions.rows()));
   if (body.is_solid()) add_second_order_of_solid(dynamics, state, directions, forces);
+  const SpringMaterial law(body);
   for (const Element& e : body.elements) {
     const auto a = 3 * static_cast<Eigen::Index>(e.a), b = 3 * static_cast<Eigen::Index>(e.b);
     const Vec3 d = state.x.segment<3>(b) - state.x.segment<3>(a);
     const double rho = d.norm();
     if (!(rho > kElementLengthMinM)) continue;
     const Vec3 axis = d / rho;
-    const SpringSeries series = spring_series(body.law, body.stiffening, e, rho - e.rest_length_m);
-    const double alpha = (series.slope - series.tension / rho) / (2 * rho), beta = series.second / 6;
+    const double elongation_m = rho - e.rest_length_m;
+    double tension, slope;
+    law.respond(e.stiffness_n_m, e.rest_length_m, elongation_m, tension, slope);
+    const double alpha = (slope - tension / rho) / (2 * rho),
+                 beta = e.stiffness_n_m * law.stiffening * elongation_m / (e.rest_length_m * e.rest_length_m);
     const Eigen::Matrix<double, 3, Eigen::Dynamic> delta = directions.middleRows<3>(b) - directions.middleRows<3>(a);
     const Eigen::RowVectorXd along = axis.transpose() * delta;
     const Eigen::Matrix<double, 3, Eigen::Dynamic> across = delta - axis * along;

@@ -6,6 +6,7 @@
 
 #include "common/mechanics/residual.hpp"
 #include "common/patch/sampled_springs.hpp"
+#include "server/reduction/element_gradient.hpp"
 #include "server/reduction/gradient_points.hpp"
 #include "server/reduction/nonlinear_elements.hpp"
 #include "server/solve/fused.hpp"
@@ -135,7 +136,8 @@ class SolidCandidates {
       }
       const LameParameters lame = lame_of(k);
       at_.push_back({open.stamp, open.filled++ % kTogether});
-      stamps_[at_.back().stamp].set(at_.back().lane, points_.deformation(element(k)), lame.mu, lame.lambda);
+      stamps_[at_.back().stamp].set(at_.back().lane, mean_gradient(body.dynamics(), element(k), body.state().x), lame.mu,
+                                    lame.lambda);
     }
     for (ElementLinearisation& stamp : stamps_) stamp.linearise();
   }

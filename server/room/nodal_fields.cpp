@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "common/mechanics/polar.hpp"
-#include "server/elements/spring_kernel.hpp"
+#include "server/elements/spring_material.hpp"
 #include "server/reduction/element_gradient.hpp"
 #include "server/reduction/local_body.hpp"
 
@@ -16,11 +16,14 @@ namespace palpate {
 std::vector<float> element_tension(const LumpedBody& body, const Vector& x) {
   assert(x.size() == 3 * static_cast<Eigen::Index>(body.nodes.size()));
   std::vector<float> largest(body.nodes.size(), 0.0F);
+  const SpringMaterial law(body);
   for (const Element& element : body.elements) {
     const auto at = [&](std::uint32_t node) { return x.segment<3>(3 * static_cast<Eigen::Index>(node)); };
     const double elongation = (at(element.b) - at(element.a)).norm() - element.rest_length_m;
-    const auto tension = static_cast<float>(std::abs(spring_response(body.law, body.stiffening, element, elongation).tension));
-    for (const std::uint32_t node : {element.a, element.b}) largest[node] = std::max(largest[node], tension);
+    double tension, slope;
+    law.respond(element.stiffness_n_m, element.rest_length_m, elongation, tension, slope);
+    for (const std::uint32_t node : {element.a, element.b})
+      largest[node] = std::max(largest[node], static_cast<float>(std::abs(tension)));
   }
   return largest;
 }

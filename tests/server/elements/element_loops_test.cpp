@@ -160,11 +160,11 @@ TEMPLATE_TEST_CASE("Elements have the same bits at every width, whichever others
       const auto all = element_loops<TestType>();
       const Eigen::VectorXd forces = eight.forces(all.front(), m);
       ElementBlocks<TestType> expected;
-      all.front().blocks(m, eight.group, eight.x.data(), 0.3, 0.7, true, expected);
+      all.front().blocks(m, eight.group, eight.x.data(), eight.v.data(), 0.3, 0.7, true, expected);
       for (const ElementLoops<TestType>& loops : all) {
         CHECK(eight.forces(loops, m) == forces);
         ElementBlocks<TestType> blocks;
-        loops.blocks(m, eight.group, eight.x.data(), 0.3, 0.7, true, blocks);
+        loops.blocks(m, eight.group, eight.x.data(), eight.v.data(), 0.3, 0.7, true, blocks);
         for (std::size_t p = 0; p < blocks.at.size(); ++p)
           for (std::size_t n = 0; n < 9; ++n)
             for (std::size_t l = 0; l < kElementLanes; ++l) REQUIRE(blocks.at[p][n].of[l] == expected.at[p][n].of[l]);
@@ -191,7 +191,7 @@ TEMPLATE_TEST_CASE("Products with an element's tangent are those of its blocks",
     ElementTangent<TestType> tangent;
     std::array<ElementTangent<TestType>*, kElementLanes> tangents{};
     tangents[0] = &tangent;
-    loops.tangents(element.material, element.group(), x.data(), tangents);
+    loops.tangents(element.material, element.group(), x.data(), x.data(), tangents);
     ElementCell<TestType> cell{{}, 0, 0};
     std::vector<NodeLanes> y(TestType::kNodes), k_y(y.size(), NodeLanes{}), d_y(k_y), both(k_y);
     for (std::uint32_t i = 0; i < cell.nodes.size(); ++i) cell.nodes[i] = i;

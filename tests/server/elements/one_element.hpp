@@ -96,7 +96,7 @@ struct OneElement {
   }
   Square matrix(const Positions& x, double c_d, double c_k, bool clamp) const {
     ElementBlocks<Shape> blocks;
-    element_loops<Shape>().back().blocks(material, group(), x.data(), c_d, c_k, clamp, blocks);
+    element_loops<Shape>().back().blocks(material, group(), x.data(), x.data(), c_d, c_k, clamp, blocks);
     Square all;
     for (int i = 0; i < kNodes; ++i)
       for (int j = 0; j <= i; ++j)
