@@ -15,30 +15,20 @@ constexpr int kNewtonIterationsMax = 24;  // of a step; measured: grasps take tw
 
 RolloutIntegrator::RolloutIntegrator(const Dynamics& dynamics, const Skin& skin)
     : edges_(static_cast<double>(edges_of(dynamics.body()).size())),
-      taken_s_(1e-9 * edges_ * kStepNs),
       integrator_(dynamics, skin,
                   {.tolerance_m = kToleranceEdges * mean_edge_m(dynamics.body()),
                    .solver = LinearSolver::Method::conjugate_gradients,
                    .event_step_s = kEventStepS,
                    .most_iterations = kNewtonIterationsMax}) {}
 
-bool RolloutIntegrator::allow(double most_s, int steps) {
-  assert(most_s > 0 && steps > 0);
-  left_s_ = most_s;
-  return steps * taken_s_ / steps_ <= most_s;
-}
-
 bool RolloutIntegrator::advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools,
                                 int steps) {
   assert(until_s > state.time_s && steps > 0);
-  if (1e-9 * edges_ * kStepNs * steps > left_s_) return false;
+  if (spent_s_ + 1e-9 * edges_ * kStepNs * steps > most_s_) return false;
   const AdvanceReport report = integrator_.advance(state, ports, until_s, until_s - state.time_s, tools);
-  const double took_s =
+  spent_s_ +=
       1e-9 * edges_ *
       (kIterationNs * report.newton_iterations + kMatrixNs * report.factorisations + kProductNs * report.solver_iterations);
-  left_s_ -= took_s;
-  taken_s_ += took_s;
-  ++steps_;
   return report.converged;
 }
 

@@ -19,16 +19,16 @@ class RolloutIntegrator {
   /// `dynamics` and `skin` must outlive it.
   RolloutIntegrator(const Dynamics& dynamics, const Skin& skin);
 
-  /// Sets a budget: the estimated cost of all steps from here on, which the last of them may exceed. Returns true if `steps`
-  /// steps of the mean cost so far fit into it.
-  bool allow(double most_s, int steps);
-  /// Returns false, with a state of no use, if the budget is spent or `steps` steps of the usual cost would exceed it, or if the
-  /// step does not converge.
+  /// Begins a frame: nothing is spent.
+  void begin() { spent_s_ = 0; }
+  /// Sets the budget of the frame: the estimated cost of all its steps so far and to come, which the last of them may exceed.
+  void allow(double most_s) { most_s_ = most_s; }
+  /// Returns false, with a state of no use, if the budget is spent or `steps` more steps of the least cost would exceed it, or if
+  /// the step does not converge.
   bool advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, const ToolMotion& tools, int steps);
 
  private:
-  double edges_, left_s_ = 0;
-  double taken_s_, steps_ = 1;  // of all steps so far, and one of the usual cost among bodies
+  double edges_, most_s_ = 0, spent_s_ = 0;
   Integrator integrator_;
 };
 

@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 struct HandRollout {
-  bool dead_reckoned = false, accelerates = false;
+  bool dead_reckoned = false, presses = false, accelerates = false;
   Vec3 aside_m_s2 = Vec3::Zero();
   int snapshots = 1;  ///< of the prediction horizon, evenly, the last at its end
   double weight = 1;  ///< of the snapshots
@@ -19,15 +19,51 @@ constexpr std::size_t kRolloutsLeast = 2;       // whatever they cost: one alone
 constexpr std::size_t kUndeviatedRollouts = 3;  // the first, in which no hand turns aside
 constexpr int kSnapshots = 12;                  // 3 miss what swings within the horizon (docs/notebook.md, 25)
 constexpr int kLongSteps = 6;                   // one a snapshot; 12 take twice as long (docs/notebook.md, 33)
+constexpr double kFirstCostMostS = 0.05;    // of the first in long steps: a frame at 20 Hz, by estimate (docs/notebook.md, 71)
+constexpr double kFrameCostMostS = 0.0125;  // of all: a quarter of a frame at 20 Hz
 
-/// In order of worth: most bodies are touched from above. Tuned: docs/notebook.md, 26.
+/// Comes first where a tool does not touch.
+const HandRollout kPress{.dead_reckoned = true, .presses = true, .snapshots = kSnapshots};
+
+/// In order of worth: most bodies are touched from above. Tuned: docs/notebook.md, 26, 71.
 const std::array<HandRollout, 6> kHandRollouts{
-    {{.dead_reckoned = true, .snapshots = kSnapshots},
-     {.snapshots = kSnapshots},
+    {{.snapshots = kSnapshots},
+     {.dead_reckoned = true, .snapshots = kSnapshots},
      {.accelerates = true, .snapshots = 2},
      {.accelerates = true, .aside_m_s2 = {0, 0, kHandAccelerationMs2}, .weight = 0.5},
      {.accelerates = true, .aside_m_s2 = {kHandAccelerationMs2, 0, 0}, .weight = 0.5},
      {.accelerates = true, .aside_m_s2 = {0, kHandAccelerationMs2, 0}, .weight = 0.5}}};
+
+/// A tool now. `inwards`: unit vector into the surface where it does not touch, else zero.
+struct Hand {
+  ToolAt now;
+  Vec3 acceleration = Vec3::Zero(), inwards = Vec3::Zero();
+};
+
+std::vector<Hand> hands_of(const SteppedBody& body) {
+  std::vector<Hand> hands;
+  std::vector<double> surface;
+  for (std::size_t k = 0; k < body.ports().size(); ++k) {
+    Hand& hand = hands.emplace_back(body.tool(k, body.time()), body.hand_motion(k).acceleration);
+    const ToolPort& port = body.ports()[k];
+    if (port.kind != ContactKind::touch || port.touching || body.skin().empty()) continue;
+    if (surface.empty()) surface = body.skin().place(body.state().x);
+    hand.inwards = -normal_at(body.skin().view(), surface, port.point);
+  }
+  return hands;
+}
+
+/// Returns the tool `after_s` from now. `dead_reckoned`: where its track has it then.
+ToolAt moved(const HandRollout& rollout, const Hand& hand, const ToolAt& dead_reckoned, double after_s) {
+  ToolAt tool = dead_reckoned;
+  if (!rollout.dead_reckoned)
+    tool = moved_on(hand.now, rollout.accelerates ? Vec3(hand.acceleration + rollout.aside_m_s2) : Vec3(Vec3::Zero()), after_s);
+  if (rollout.presses) {
+    tool.position += accelerated_distance(after_s) * hand.inwards;
+    tool.velocity += accelerated_speed(after_s) * hand.inwards;
+  }
+  return tool;
+}
 
 }  // namespace
 
@@ -37,37 +73,37 @@ StatePrediction::StatePrediction(SteppedBody& body) : body_(&body) {
 }
 
 std::vector<PredictedState> StatePrediction::states(Micros horizon) {
-  if (body_->asleep()) return {};
-  std::vector<ToolAt> now;
-  std::vector<Vec3> acceleration;
-  for (std::size_t k = 0; k < body_->ports().size(); ++k) {
-    now.push_back(body_->tool(k, body_->time()));
-    acceleration.push_back(body_->hand_motion(k).acceleration);
-  }
+  const std::vector<Hand> hands = hands_of(*body_);
+  std::vector<HandRollout> rollouts;
+  if (std::any_of(hands.begin(), hands.end(), [](const Hand& hand) { return !hand.inwards.isZero(0); })) rollouts = {kPress};
+  if (!body_->asleep())
+    rollouts.insert(rollouts.end(), kHandRollouts.begin(),
+                    kHandRollouts.begin() + (seconds(horizon) < kPredictionMostS ? kUndeviatedRollouts : kHandRollouts.size()));
+  rollouts.resize(std::min(rollouts.size(), affordable_rollouts(horizon)));
+  if (long_steps_) long_steps_->begin();
   std::vector<PredictedState> ahead;
-  for (const HandRollout& rollout : std::span(kHandRollouts).first(affordable_rollouts(horizon))) {
-    const auto tool = [&](std::size_t k, double t) {
-      if (rollout.dead_reckoned) return body_->tool(k, from_seconds(t));
-      return moved_on(now[k], rollout.accelerates ? Vec3(acceleration[k] + rollout.aside_m_s2) : Vec3(Vec3::Zero()),
-                      t - body_->state().time_s);
+  for (std::size_t k = 0; k < rollouts.size(); ++k) {
+    const HandRollout& rollout = rollouts[k];
+    const auto tool = [&](std::size_t port, double t) {
+      return moved(rollout, hands[port], body_->tool(port, from_seconds(t)), t - body_->state().time_s);
     };
+    if (long_steps_) long_steps_->allow(k == 0 ? kFirstCostMostS : kFrameCostMostS);
     const bool to_its_end = roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
       if (snapshot * rollout.snapshots % kSnapshots != 0) return;
       const bool end = snapshot == kSnapshots && rollout.aside_m_s2.isZero(0);
       ahead.push_back({end ? SnapshotKind::rollout_end : SnapshotKind::rollout, rollout.weight, x});
     });
     // Without the likeliest states, the others count for less than the states before, whose place in the basis they would take.
-    if (rollout.dead_reckoned && !to_its_end) return {};
+    if (k == 0 && !to_its_end) return {};
   }
   return ahead;
 }
 
-/// Returns how many rollouts fit into kFrameCostMostS by estimate. Long steps count what they took.
-std::size_t StatePrediction::affordable_rollouts(Micros horizon) {
-  constexpr double kBodyCostMax = 0.01;       // so a horizon of 0.2 s costs 2 ms a rollout at most
-  constexpr double kFrameCostMostS = 0.0125;  // a quarter of a frame at 20 Hz
-  std::size_t rollouts = seconds(horizon) < kPredictionMostS ? kUndeviatedRollouts : kHandRollouts.size();
-  if (long_steps_) return long_steps_->allow(kFrameCostMostS, kLongSteps) ? rollouts : 0;
+/// Returns how many rollouts fit into kFrameCostMostS by estimate. Long steps count what they take.
+std::size_t StatePrediction::affordable_rollouts(Micros horizon) const {
+  constexpr double kBodyCostMax = 0.01;  // so a horizon of 0.2 s costs 2 ms a rollout at most
+  std::size_t rollouts = kHandRollouts.size() + 1;
+  if (long_steps_) return rollouts;
   if (body_->integrator().cost > kBodyCostMax) return 0;
   const double each_s = body_->integrator().cost * seconds(horizon);
   while (rollouts > kRolloutsLeast && static_cast<double>(rollouts) * each_s > kFrameCostMostS) --rollouts;
