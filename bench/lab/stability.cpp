@@ -18,7 +18,7 @@ namespace {
 struct StabilityFlags {
   std::string out, only;
   std::vector<std::string> schemes;
-  bool quick = false, body = false, solid = false;
+  bool quick = false, body = false, solid = false, hands = false;
   StabilityCube cube() const { return solid ? StabilityCube::solid : StabilityCube::springs; }
   std::uint64_t seed = 1;
   CellFlags cells;
@@ -28,7 +28,7 @@ using StabilityCells = std::vector<StabilityCell>;
 
 bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::hyper; }
 
-std::string key_of(const StabilityCell& c) { return stability_table().key(c); }
+std::string key_of(const StabilityCell& c) { return stability_table(c.point.hands > 1).key(c); }
 
 Json to_json(const StabilityCell& c) {
   return {{"point", key_of(c)},
@@ -38,18 +38,19 @@ Json to_json(const StabilityCell& c) {
           {"shake_mm", c.shake_mm},
           {"shake_mm_s", c.shake_mm_s},
           {"generated_mj", c.generated_mj},
-          {"cut_ms", c.cut_ms}};
+          {"cut_ms", c.cut_ms},
+          {"step_max_n", c.step_max_n}};
 }
 
 /// Returns false if a point of our schemes is not stable.
 bool report(const StabilityCells& cells, StabilityCube cube, const std::filesystem::path& out) {
   draw_stability_maps(out, cells);
   Json summary{{"points", cells.size()}};
-  fmt::print("\n  {:<10} {:>7} {:>11} {:>7} {:>7} {:>7} {:>7} {:>18} {:>15}\n", "scheme", "points", "stable [%]", "lost",
-             "unrest", "shakes", "cut", "largest tail [mm]", "generated [mJ]");
+  fmt::print("\n  {:<10} {:>7} {:>11} {:>7} {:>7} {:>7} {:>7} {:>18} {:>15} {:>9}\n", "scheme", "points", "stable [%]", "lost",
+             "unrest", "shakes", "cut", "largest tail [mm]", "generated [mJ]", "step [N]");
   for (const Scheme scheme : available_schemes()) {
     std::array<std::size_t, kLoopFaultNames.size()> count{};
-    double tail_mm = 0, generated_mj = 0;
+    double tail_mm = 0, generated_mj = 0, step_max_n = 0;
     std::size_t cut = 0;
     Json failures = Json::array();
     for (const StabilityCell& c : cells) {
@@ -57,6 +58,7 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
       ++count[static_cast<std::size_t>(c.fault)];
       cut += c.cut_ms > 0 ? 1 : 0;
       generated_mj = std::max(generated_mj, c.generated_mj);
+      step_max_n = std::max(step_max_n, c.step_max_n);
       if (c.fault == LoopFault::none)
         tail_mm = std::max(tail_mm, c.tail_mm);
       else if (is_ours(scheme))
@@ -64,12 +66,13 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
     }
     const std::size_t stable = count[0], all = stable + count[1] + count[2] + count[3];
     if (all == 0) continue;
-    fmt::print("  {:<10} {:>7} {:>11.1f} {:>7} {:>7} {:>7} {:>7} {:>18.2f} {:>15.3g}\n", name_of(scheme), all,
+    fmt::print("  {:<10} {:>7} {:>11.1f} {:>7} {:>7} {:>7} {:>7} {:>18.2f} {:>15.3g} {:>9.2f}\n", name_of(scheme), all,
                100.0 * static_cast<double>(stable) / static_cast<double>(all), count[1], count[2], count[3], cut, tail_mm,
-               generated_mj);
+               generated_mj, step_max_n);
     Json& j = summary["schemes"][std::string(name_of(scheme))];
-    j = {{"points", all},      {"stable", stable},   {"lost", count[1]}, {"unrest", count[2]},
-         {"shakes", count[3]}, {"tail_mm", tail_mm}, {"cut", cut},       {"generated_mj", generated_mj}};
+    j = {{"points", all},           {"stable", stable},   {"lost", count[1]}, {"unrest", count[2]},
+         {"shakes", count[3]},      {"tail_mm", tail_mm}, {"cut", cut},       {"generated_mj", generated_mj},
+         {"step_max_n", step_max_n}};
     if (is_ours(scheme)) j["unstable"] = failures;
   }
   fmt::print(
@@ -77,13 +80,13 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
       "no "
       "patch came\n  in time and the force faded. The tail is the motion of stable points after 1.5 s or more; the generated "
       "energy is "
-      "that from the\n  display beyond what the hand had put in.\n");
+      "that from the\n  display beyond what the hand had put in; the step is the largest of the force at a hand-over.\n");
   bool all_stable = true;
   for (const StabilityCell& c : cells) {
     if (c.fault == LoopFault::none || !is_ours(c.point.scheme)) continue;
     all_stable = false;
-    fmt::print("  {}: palpate-lab stability{} --only {} --out DIR\n", name_of(c.fault),
-               cube == StabilityCube::solid ? " --solid" : "", key_of(c));
+    fmt::print("  {}: palpate-lab stability{}{} --only {} --out DIR\n", name_of(c.fault),
+               cube == StabilityCube::solid ? " --solid" : "", c.point.hands > 1 ? " --hands" : "", key_of(c));
   }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
@@ -92,7 +95,7 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
 
 std::string trace_csv(const StabilityResult& result) {
   std::string csv = "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj,ref_x_mm,ref_y_mm,ref_z_mm\n";
-  const std::vector<LoopTick>&ticks = result.loop.ticks, &ref = result.reference.ticks;
+  const std::vector<LoopTick>&ticks = result.loops[result.worst].ticks, &ref = result.references[result.worst].ticks;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const LoopTick& t = ticks[i];
     const Vec3 moved = 1e3 * (t.position - ticks[0].position);
@@ -106,7 +109,7 @@ std::string trace_csv(const StabilityResult& result) {
 }
 
 int run_one(const StabilityFlags& flags) {
-  const StabilityPoint point = stability_point(flags.only);
+  const StabilityPoint point = stability_point(flags.only, flags.hands);
   const auto out = make_output_folder(flags.out);
   const StabilityResult result = measure_stability(point, reference_of(point, flags.cube()));
   const LoopVerdict& v = result.verdict;
@@ -116,7 +119,10 @@ int run_one(const StabilityFlags& flags) {
             {"sideways [mm]", {{"1:11", "full model at 1 kHz", 0}, {"1:2", "tool", 1}}},
             {"force [N]", {{"1:7", "up", 1}, {"1:5", "sideways", 2}}},
             {"energy [mJ]", {{"1:10", "put into the display", 1}, {"1:9", "kinetic", 2}}}},
-           {.rows = result.loop.ticks.size()});
+           {.rows = result.loops[result.worst].ticks.size()});
+  if (point.hands > 1)
+    fmt::print("hand {} of {}, the least calm one; largest step at a hand-over {:.2f} N\n", result.worst + 1, point.hands,
+               result.step_max_n);
   fmt::print("{}: {}\n  nothing drives from {:g} s on; peak to peak in windows of {:g} s [mm]:", flags.only, name_of(v.fault),
              static_cast<double>(result.rest_tick) * 1e-3, kWindowS);
   for (const double p : v.rest.peak_to_peak_m) fmt::print(" {:.2f}", 1e3 * p);
@@ -133,8 +139,9 @@ int run_stability(const StabilityFlags& flags) {
   if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.cells});
   if (!flags.only.empty()) return run_one(flags);
   const StabilityPlan plan{schemes_named(flags.schemes), cube_stiffness_n_m(), flags.quick, flags.seed};
+  const std::vector<StabilityPoint> points = flags.hands ? hands_points(plan) : stability_points(plan);
   const auto out = make_output_folder(flags.out);
-  const auto cells = run_cells(stability_sweep(stability_points(plan), flags.cube()), flags.cells, out);
+  const auto cells = run_cells(stability_sweep(points, flags.cube(), flags.hands), flags.cells, out);
   return !cells || report(*cells, flags.cube(), out) ? 0 : 1;
 }
 
@@ -142,11 +149,14 @@ int run_stability(const StabilityFlags& flags) {
 
 void add_stability(CLI::App& app, Run& run) {
   auto flags = std::make_shared<StabilityFlags>();
-  CLI::App* c =
-      app.add_subcommand("stability",
-                         "find where the loop of hand, device and display is stable, for every scheme; --body: where the full "
-                         "model is");
-  c->add_flag("--body", flags->body, "try the full model alone: extreme bodies, steps and deformations");
+  CLI::App* c = app.add_subcommand(
+      "stability",
+      "find where the loop of hand, device and display is stable, for every scheme; --hands: with several hands on "
+      "the body; --body: where the full model is");
+  CLI::Option* const body =
+      c->add_flag("--body", flags->body, "try the full model alone: extreme bodies, steps and deformations");
+  c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips")
+      ->excludes(body);
   c->add_flag("--solid", flags->solid, "use the cube of finite elements instead of springs");
   c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "try few points of each kind");

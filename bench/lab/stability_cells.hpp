@@ -14,23 +14,25 @@ struct StabilityCell {
   LoopFault fault = LoopFault::none;
   double tail_mm = 0, growth_1_s = 0;  ///< motion left in the last 0.6 s, and its growth rate
   double shake_mm = 0, shake_mm_s = 0, generated_mj = 0;
-  double cut_ms = 0;  ///< time for which the force was cut (StabilityResult)
+  double cut_ms = 0;      ///< time for which the force was cut (StabilityResult)
+  double step_max_n = 0;  ///< largest force step at a hand-over
 };
 
-CellTable<StabilityCell> stability_table();
+/// `several`: the table of several hands, which has columns for their number, distance and round trips.
+CellTable<StabilityCell> stability_table(bool several);
 /// Point of a key, as --only accepts it; throws InputError if there is no such loop.
-StabilityPoint stability_point(const std::string& key);
+StabilityPoint stability_point(const std::string& key, bool several);
 
 /// Static stiffness of the paper's unscaled cube, grasped, to a tenth.
 double cube_stiffness_n_m();
 
-/// Material of the cube: the paper's springs, or finite elements.
+/// Material of the cube: the paper's springs, or finite elements. For several hands it is a block as wide as they need.
 enum class StabilityCube : std::uint8_t { springs, solid };
 
 /// Scene of a point, with its reference.
 StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube);
 
 /// Sweep over the points; the references are computed once for all points that differ in scheme and link alone.
-CellSweep<StabilityCell> stability_sweep(const std::vector<StabilityPoint>& points, StabilityCube cube);
+CellSweep<StabilityCell> stability_sweep(const std::vector<StabilityPoint>& points, StabilityCube cube, bool several);
 
 }  // namespace palpate

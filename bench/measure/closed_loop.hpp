@@ -1,8 +1,8 @@
-// A hand and a device in the loop: the simulated Phantom on the real cores in the simulated world (world.hpp), in virtual time.
+// Hands and devices in the loop: simulated Phantoms on the real cores in the simulated world (world.hpp), in virtual time.
 //
-// The hand presses along a motion (its intention) and lets go of the device at some moment. From then on only the displayed force
-// acts on the device's mass, which exposes the effect of the display. Forces are those after the guard, clamped and rendered as
-// by the device.
+// A hand presses along a motion (its intention) and may let go of the device at some moment. From then on only the displayed
+// force acts on the device's mass, which exposes the effect of the display. Forces are those after the guard, clamped and
+// rendered as by the device.
 //
 // Energies, exact for the rendered forces (constant between ticks), x true tool position, F rendered force:
 //     display  E_n = E_0 - sum F_k . (x_k+1 - x_k)   energy put into the display and not returned [J]; negative: it generates
@@ -20,16 +20,21 @@
 
 namespace palpate {
 
+/// One of the hands on the body.
+struct LoopHand {
+  Motion intention;
+  SimPhantomOptions device;  ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
+  LinkSpec link;             ///< one way
+};
+
 struct ClosedLoopOptions {
   Scheme scheme = Scheme::port;
   int order = 0;  ///< states, 0 = the scheme's default
   double rate_hz = 20;
-  LinkSpec link;  ///< one way
   std::uint64_t seed = 1;
   Micros compute{};
   PassivityMode passivity = PassivityMode::off;
-  SimPhantomOptions device;  ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
-  Micros duration{};         ///< from the beginning of the motion
+  Micros duration{};  ///< from the beginning of the motions
 };
 
 struct LoopTick {
@@ -43,19 +48,21 @@ struct LoopTick {
 
 struct ClosedLoopResult {
   std::vector<LoopTick> ticks;  ///< 0, 1, 2, ... ms into the motion; fewer than requested if the tool was lost
-  bool lost = false;            ///< true: the tool moved further than kLostM from its start, which ended the run
+  bool lost = false;            ///< true: the tool moved further than kLostM from its start, which ended the run of all hands
   std::uint64_t patches_used = 0;
   GuardCounts guard;
 };
 
 inline constexpr double kLostM = 0.2;
 
-/// Throws InputError if the station cannot join or an option is out of range, std::runtime_error if nobody answers.
-ClosedLoopResult closed_loop(const Scene& scene, const Motion& intention, const ClosedLoopOptions& options);
+/// Returns one result for each hand. Throws InputError if a station cannot join or an option is out of range, std::runtime_error
+/// if nobody answers.
+std::vector<ClosedLoopResult> closed_loop(const Scene& scene, std::span<const LoopHand> hands, const ClosedLoopOptions& options);
 
-/// The same hand on the full model itself, stepped and felt at 1 kHz without frames and network (reference.hpp). In the n-th tick
-/// its force is scaled by the gain of the n-th tick of `cuts` (1 beyond their end). Throws what the model throws.
-ClosedLoopResult reference_loop(const Scene& scene, const Motion& intention, const SimPhantomOptions& hand, Micros duration,
-                                std::span<const LoopTick> cuts = {});
+/// The same hands on the full model itself, stepped and felt at 1 kHz without frames and network (reference.hpp). In the n-th
+/// tick the force of hand k is scaled by the gain of the n-th tick of `cuts[k]` (1 beyond their end). Throws what the model
+/// throws.
+std::vector<ClosedLoopResult> reference_loop(const Scene& scene, std::span<const LoopHand> hands, Micros duration,
+                                             std::span<const ClosedLoopResult> cuts = {});
 
 }  // namespace palpate

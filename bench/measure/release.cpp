@@ -13,20 +13,24 @@ ClosedLoopOptions loop_options(const ReleaseOptions& o) {
   loop.scheme = o.scheme;
   loop.order = o.order;
   loop.rate_hz = o.rate_hz;
-  loop.link = o.link;
   loop.seed = o.seed;
   loop.compute = o.compute;
   loop.passivity = o.passivity;
-  loop.device.hand = o.hand;
-  loop.device.hand_after_release = o.hand_after;
-  loop.device.release_s = kReleaseS;
-  loop.device.tremor_m = o.tremor_m;
-  loop.device.seed = o.seed;
-  loop.device.force_step_n = o.force_step_n;
-  loop.device.device_damping_n_s_m = o.device_damping_n_s_m;
   const double observe_s = o.observe_s > 0 ? o.observe_s : kWindows * kWindowS + 4 * seconds(o.link.latency);
   loop.duration = from_seconds(kReleaseS + observe_s);
   return loop;
+}
+
+LoopHand hand_of(const Scene& scene, const ReleaseOptions& o) {
+  LoopHand hand{plan_gesture(scene, Gesture::release, o.depth_m).intention, {}, o.link};
+  hand.device.hand = o.hand;
+  hand.device.hand_after_release = o.hand_after;
+  hand.device.release_s = kReleaseS;
+  hand.device.tremor_m = o.tremor_m;
+  hand.device.seed = o.seed;
+  hand.device.force_step_n = o.force_step_n;
+  hand.device.device_damping_n_s_m = o.device_damping_n_s_m;
+  return hand;
 }
 
 }  // namespace
@@ -36,7 +40,8 @@ ReleaseResult release(const Scene& scene, const ReleaseOptions& options) {
     throw InputError("scene " + scene.name, "is touched: a tool that is let go of would fly off",
                      "a scene with tool.contact \"attach\"");
   ReleaseResult result;
-  result.loop = closed_loop(scene, plan_gesture(scene, Gesture::release, options.depth_m).intention, loop_options(options));
+  const LoopHand hand = hand_of(scene, options);
+  result.loop = closed_loop(scene, std::span(&hand, 1), loop_options(options)).front();
   const std::vector<LoopTick>& ticks = result.loop.ticks;
   // A tool that was lost while held is judged by its whole motion.
   constexpr auto kReleaseTick = static_cast<std::size_t>(kReleaseS * 1e3);

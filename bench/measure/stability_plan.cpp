@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "bench/measure/even_spread.hpp"
 
@@ -143,6 +144,58 @@ std::vector<StabilityPoint> stability_points(const StabilityPlan& plan) {
     add_cases(points, scheme);
     if (ours && !plan.quick) add_corners(points, scheme);
     add_scattered(points, scheme, plan.quick ? kScatteredQuick : ours ? kScattered : kScatteredBeside);
+  }
+  return points.take();
+}
+
+std::vector<StabilityPoint> hands_points(const StabilityPlan& plan) {
+  constexpr int kScattered = 40, kScatteredQuick = 2, kHandsMost = 8;
+  constexpr double kStiffNM = 400;
+  using RoundTrips = std::vector<std::pair<double, double>>;  // of the first hand, of the others
+  const std::vector<int> counts = plan.quick ? std::vector{2} : std::vector{2, 4, kHandsMost};
+  const std::vector<double> distances = plan.quick ? std::vector<double>{0, 30} : std::vector<double>{0, 10, 30, kApartMostMm};
+  const RoundTrips round_trips =
+      plan.quick ? RoundTrips{{100, 100}, {0, 300}} : RoundTrips{{0, 0}, {100, 100}, {300, 300}, {0, 300}, {300, 20}};
+  const std::vector<std::pair<const char*, Gesture>> cases{{"light", Gesture::tap}, {"firm", Gesture::press}};
+  const std::vector<double> stiffnesses = stability_stiffnesses(plan.body_n_m);
+  Points points(plan);
+  for (const Scheme scheme : plan.schemes) {
+    StabilityPoint p;
+    p.scheme = scheme;
+    p.contact = ContactKind::touch;
+    for (const auto& [hand, gesture] : cases)
+      for (const int hands : counts)
+        for (const double apart_mm : distances)
+          for (const auto& [rtt_ms, others_rtt_ms] : round_trips)
+            for (const double stiffness : {plan.body_n_m, kStiffNM}) {
+              if (stiffness != plan.body_n_m && (hands > 2 || plan.quick)) continue;
+              p.hand = hand;
+              p.gesture = gesture;
+              p.hands = hands;
+              p.apart_mm = apart_mm;
+              p.rtt_ms = rtt_ms;
+              p.others_rtt_ms = others_rtt_ms;
+              p.stiffness_n_m = stiffness;
+              p.seed = plan.seed;
+              points.add(p);
+            }
+    EvenSpread<9> spread(plan.seed);
+    for (int i = 0; i < (plan.quick ? kScatteredQuick : kScattered); ++i) {
+      const auto& u = spread.next();
+      std::tie(p.hand, p.gesture) = pick(u[0], cases);
+      p.hands = 2 + static_cast<int>((kHandsMost - 1) * u[1]);
+      p.apart_mm = std::round(kApartMostMm * u[2] * u[2]);
+      p.rtt_ms = std::round(300 * u[3]);
+      p.others_rtt_ms = std::round(300 * u[4]);
+      p.stiffness_n_m = pick(u[5], stiffnesses);
+      p.rate_hz = std::round(10 * std::pow(6, u[6]));
+      p.jitter_ms = std::round(50 * u[7]);
+      p.loss_pct = std::round(30 * u[8]);
+      p.seed = plan.seed + static_cast<std::uint64_t>(i);
+      points.add(p);
+      p.rate_hz = StabilityPoint().rate_hz;
+      p.jitter_ms = p.loss_pct = 0;
+    }
   }
   return points.take();
 }

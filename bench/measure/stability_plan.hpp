@@ -27,6 +27,11 @@ StabilityPoint map_base(ContactKind contact, double body_n_m);
 /// Each point once, in an order that depends on the plan alone.
 std::vector<StabilityPoint> stability_points(const StabilityPlan& plan);
 
+/// Points with 2 to 8 hands that touch one body, 0 to kApartMostMm from each other, with round trips of 0 to 300 ms that are
+/// equal or not: taps of light hands and presses of firm ones. `body_n_m`: stiffness of the touched body.
+std::vector<StabilityPoint> hands_points(const StabilityPlan& plan);
+inline constexpr double kApartMostMm = 100;
+
 /// Trials of the full model: the corners of the space, and `scattered` trials that fill it evenly.
 std::vector<BodyTrial> body_trials(std::size_t scattered, std::uint64_t seed);
 

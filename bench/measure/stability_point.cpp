@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/measure/tools_apart.hpp"
 #include "common/base/error.hpp"
 #include "server/dynamics/dynamics.hpp"
 #include "server/dynamics/skin.hpp"
@@ -16,22 +17,61 @@ namespace {
 constexpr double kDepthM = 0.010;
 
 struct Setup {
-  GesturePlan plan;
-  SimPhantomOptions device;
+  std::vector<LoopHand> hands;
   double rest_s = 0;  ///< time from which nothing drives the loop
   double observe_s = 0;
 };
 
+/// Returns the motion at another place, begun `later_s` later.
+Motion moved(const Motion& motion, const Vec3& by, double later_s) {
+  std::vector<MotionPoint> points;
+  if (later_s > 0) points.push_back({0, motion.position(0.0) + by});
+  for (const MotionPoint& p : motion.points()) points.push_back({p.t_s + later_s, p.position + by});
+  return Motion(std::move(points));
+}
+
+LinkSpec link_of(const StabilityPoint& point, std::size_t k) {
+  constexpr std::uint64_t kSeedsEach = 2;  // up and down
+  return {.latency = from_seconds((k == 0 ? point.rtt_ms : point.others_rtt_ms) * 0.5e-3),
+          .jitter = from_seconds(point.jitter_ms * 1e-3),
+          .loss = point.loss_pct / 100,
+          .burst_mean = point.burst,
+          .seed = point.seed + kSeedsEach * k};
+}
+
 Setup setup_of(const Scene& scene, const StabilityPoint& point, double rtt_ms) {
   constexpr double kWindows = 7;
-  Setup s{plan_gesture(scene, point.gesture, kDepthM), {}, 0, kWindows * kWindowS + 2e-3 * rtt_ms};
+  const GesturePlan plan = plan_gesture(scene, point.gesture, kDepthM);
   const bool free = point.hand == "free", changes = free || point.gesture == Gesture::release;
-  s.rest_s = free ? s.plan.let_go_s : s.plan.still_s;
-  s.device.tremor_m = s.device.force_step_n = 0;
-  s.device.hand = *hand_from_name(changes ? "reference" : point.hand);
-  s.device.hand_after_release = *hand_from_name(point.hand);
-  s.device.release_s = changes ? s.rest_s : std::numeric_limits<double>::infinity();
+  const double last_s = kHandsLaterS * (point.hands - 1);
+  Setup s{{}, (free ? plan.let_go_s : plan.still_s) + last_s, kWindows * kWindowS + 2e-3 * rtt_ms};
+  SimPhantomOptions device;
+  device.tremor_m = device.force_step_n = 0;
+  device.hand = *hand_from_name(changes ? "reference" : point.hand);
+  device.hand_after_release = *hand_from_name(point.hand);
+  device.release_s = changes ? s.rest_s : std::numeric_limits<double>::infinity();
+  for (int k = 0; k < point.hands; ++k) {
+    Vec3 by = Vec3::Zero();
+    by.head<2>() = place_apart(k, point.hands, 1e-3 * point.apart_mm);
+    s.hands.push_back({moved(plan.intention, by, kHandsLaterS * k), device, link_of(point, static_cast<std::size_t>(k))});
+  }
   return s;
+}
+
+/// Time for which the force of a hand was cut [ticks].
+std::ptrdiff_t cut_ticks(const ClosedLoopResult& loop) {
+  return std::ranges::count_if(loop.ticks, [](const LoopTick& tick) { return tick.gain < 1; });
+}
+
+/// Judges every hand; the result has the worst verdict.
+void judge(StabilityResult& result, const RestBounds& still) {
+  for (std::size_t k = 0; k < result.loops.size(); ++k) {
+    const LoopVerdict v = judge_loop(result.loops[k], result.references[k], result.rest_tick, still);
+    const bool was_stable = result.verdict.fault == LoopFault::none;
+    if (k > 0 && !(was_stable && (v.fault != LoopFault::none || v.rest.tail_m() > result.verdict.rest.tail_m()))) continue;
+    result.verdict = v;
+    result.worst = k;
+  }
 }
 
 /// Kinetic energy of the device when hand and device oscillate by kStillM, peak to peak, on the port's and the hand's stiffness.
@@ -65,6 +105,7 @@ double port_compliance_m_n(const Scene& scene) {
 }  // namespace
 
 bool is_possible(const StabilityPoint& p) {
+  if (p.hands > 1 && p.contact == ContactKind::attach) return false;
   if (p.contact == ContactKind::attach) return !(p.hand == "free" && p.gesture == Gesture::press);  // the same as a release
   return p.hand != "free";
 }
@@ -93,32 +134,28 @@ Scene with_port_stiffness(Scene scene, double stiffness_n_m) {
 StabilityReference stability_reference(const Scene& body, const StabilityPoint& point) {
   StabilityReference reference{with_port_stiffness(body, point.stiffness_n_m), {}};
   const Setup s = setup_of(reference.scene, point, 0);
-  reference.loop = reference_loop(reference.scene, s.plan.intention, s.device, from_seconds(s.rest_s + s.observe_s));
+  reference.loops = reference_loop(reference.scene, s.hands, from_seconds(s.rest_s + s.observe_s));
   return reference;
 }
 
 StabilityResult measure_stability(const StabilityPoint& point, const StabilityReference& reference) {
-  const Setup s = setup_of(reference.scene, point, point.rtt_ms);
+  const Setup s = setup_of(reference.scene, point, point.hands > 1 ? std::max(point.rtt_ms, point.others_rtt_ms) : point.rtt_ms);
   ClosedLoopOptions options;
   options.scheme = point.scheme;
   options.rate_hz = point.rate_hz;
-  options.link = {.latency = from_seconds(point.rtt_ms * 0.5e-3),
-                  .jitter = from_seconds(point.jitter_ms * 1e-3),
-                  .loss = point.loss_pct / 100,
-                  .burst_mean = point.burst,
-                  .seed = point.seed};
   options.seed = point.seed;
-  options.device = s.device;
   options.duration = from_seconds(s.rest_s + s.observe_s);
   StabilityResult result;
-  result.loop = closed_loop(reference.scene, s.plan.intention, options);
+  result.loops = closed_loop(reference.scene, s.hands, options);
   result.rest_tick = static_cast<std::size_t>(std::lround(s.rest_s * 1e3));
-  const auto& ticks = result.loop.ticks;
-  const auto cut = std::count_if(ticks.begin(), ticks.end(), [](const LoopTick& tick) { return tick.gain < 1; });
+  std::ptrdiff_t cut = 0;
+  for (const ClosedLoopResult& loop : result.loops) {
+    cut = std::max(cut, cut_ticks(loop));
+    for (const LoopTick& tick : loop.ticks) result.step_max_n = std::max(result.step_max_n, tick.hand_over_step_n);
+  }
   result.cut_s = 1e-3 * static_cast<double>(cut);
-  result.reference =
-      cut > 0 ? reference_loop(reference.scene, s.plan.intention, s.device, options.duration, ticks) : reference.loop;
-  result.verdict = judge_loop(result.loop, result.reference, result.rest_tick, still_on(point, s.device.device_mass_kg));
+  result.references = cut > 0 ? reference_loop(reference.scene, s.hands, options.duration, result.loops) : reference.loops;
+  judge(result, still_on(point, s.hands.front().device.device_mass_kg));
   return result;
 }
 

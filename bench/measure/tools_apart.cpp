@@ -14,7 +14,9 @@ namespace {
 constexpr double kApartAboveM = 0.003, kApartDeepM = 0.008, kSwingM = 0.004;
 constexpr double kApartDownS = 0.4, kStaggerS = 0.1, kStaggerMostS = 0.5;
 
-Eigen::Vector2d place_of(int k, int count, double apart_m) {
+}  // namespace
+
+Eigen::Vector2d place_apart(int k, int count, double apart_m) {
   if (count <= 2) return {count == 1 ? 0.0 : (k - 0.5) * apart_m, 0.0};
   constexpr double kGoldenAngle = 2.399963229728653;
   constexpr double kDensity = 0.55;  // neighbours on a spiral of unit scale are about 1 / kDensity apart or more
@@ -22,13 +24,11 @@ Eigen::Vector2d place_of(int k, int count, double apart_m) {
   return radius * Eigen::Vector2d(std::cos(k * kGoldenAngle), std::sin(k * kGoldenAngle));
 }
 
-}  // namespace
-
 std::vector<Motion> tools_apart(const Scene& scene, int count, double apart_m, double duration_s, double slide_m) {
   const Vec3 middle = home_of(scene);
   std::vector<Motion> motions;
   for (int k = 0; k < count; ++k) {
-    const Eigen::Vector2d place = middle.head<2>() + place_of(k, count, apart_m);
+    const Eigen::Vector2d place = middle.head<2>() + place_apart(k, count, apart_m);
     const auto top = height_above(scene.body, place.x(), place.y());
     if (!top)
       throw InputError("tool " + std::to_string(k + 1) + " of " + std::to_string(count), "would be beside the body",

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "server/scene/lattice.hpp"
 
 namespace palpate {
@@ -9,10 +11,12 @@ namespace {
 
 constexpr double kStiffnessNM = 60, kDampingPerStiffnessS = 0.004;
 
-LatticeSettings cube_settings(double stiffness_n_m) {
+LatticeSettings cube_settings(double stiffness_n_m, double width_m = kPaperCubeM) {
   LatticeSettings s;
-  s.nodes = {6, 6, 6};
-  s.size_m = Vec3::Constant(0.1);
+  constexpr int kCells = 5;
+  const int across = static_cast<int>(std::lround(kCells * width_m / kPaperCubeM)) + 1;
+  s.nodes = {across, across, kCells + 1};
+  s.size_m = Vec3(width_m, width_m, kPaperCubeM);
   s.stiffness_n_m = stiffness_n_m;
   s.damping_n_s_m = kDampingPerStiffnessS * stiffness_n_m;
   s.fixed.faces = {"z-"};
@@ -36,10 +40,10 @@ LayerSettings region(const Vec3& above_m, const Vec3& below_m, double stiffness_
 
 }  // namespace
 
-Scene paper_cube(ContactKind contact) { return scene_of("cube6", cube_settings(kStiffnessNM), contact); }
+Scene paper_cube(ContactKind contact, double width_m) { return scene_of("cube6", cube_settings(kStiffnessNM, width_m), contact); }
 
-Scene solid_cube(ContactKind contact) {
-  LatticeSettings s = cube_settings(kStiffnessNM);
+Scene solid_cube(ContactKind contact, double width_m) {
+  LatticeSettings s = cube_settings(kStiffnessNM, width_m);
   s.solid = SolidSettings{.material = {SolidLaw::neo_hookean, 10e3, 0.45, kDampingPerStiffnessS}};
   return scene_of("solid-cube6", s, contact);
 }

@@ -17,10 +17,13 @@
 
 namespace palpate {
 
-/// The cube, grasped at node (2, 2, 5), on top, or touched.
-Scene paper_cube(ContactKind contact);
+inline constexpr double kPaperCubeM = 0.1;
+
+/// The cube, grasped at node (2, 2, 5), on top, or touched. With another width than the cube's it is a block of its cells, as
+/// high as the cube: `width_m` is a multiple of 20 mm.
+Scene paper_cube(ContactKind contact, double width_m = kPaperCubeM);
 /// The same nodes, filled with tetrahedra of a stable neo-Hookean solid of 10 kPa, Poisson's ratio 0.45, damped alike.
-Scene solid_cube(ContactKind contact);
+Scene solid_cube(ContactKind contact, double width_m = kPaperCubeM);
 
 enum class Flaw { soft_below, stiff_inside, stiff_at_top, torn };
 inline constexpr std::array<std::string_view, 4> kFlawNames{"soft below", "stiff inside", "stiff at top", "torn"};

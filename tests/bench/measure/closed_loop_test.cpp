@@ -43,11 +43,12 @@ TEST_CASE("A device on one spring moves as the mass under a sampled spring that 
   const Vec3 top(0, 0, 0.1);
   ClosedLoopOptions options;
   options.scheme = Scheme::tangent;
-  options.device.tremor_m = options.device.position_step_m = options.device.force_step_n = 0;
-  options.device.release_s = 0.4;
   options.duration = Micros{1'000'000};
   const Motion press({{0.0, top}, {0.3, top - Vec3(0, 0, 0.005)}, {1.0, top - Vec3(0, 0, 0.005)}});
-  const ClosedLoopResult result = closed_loop(one_spring(), press, options);
+  LoopHand hand{press, {}, {}};
+  hand.device.tremor_m = hand.device.position_step_m = hand.device.force_step_n = 0;
+  hand.device.release_s = 0.4;
+  const ClosedLoopResult result = closed_loop(one_spring(), std::span(&hand, 1), options).front();
   REQUIRE(result.ticks.size() == 1001);
   constexpr std::size_t kFrom = 400;
   // x+ = x + dt v + dt^2/(2 m) F,  v+ = v + dt/m F,  F = -k x, held for a tick, so that its energy grows by the determinant 1 + k

@@ -85,14 +85,26 @@ TEST_CASE("A force that is cut because no patch came, or none yet, is a blow to 
   const StabilityResult result = measure_stability(p, uncut);
   CHECK(result.cut_s > 0.1);
   CHECK(result.verdict.fault == LoopFault::none);
-  CHECK(judge_loop(result.loop, uncut.loop, result.rest_tick).fault == LoopFault::shakes);
+  CHECK(judge_loop(result.loops[0], uncut.loops[0], result.rest_tick).fault == LoopFault::shakes);
   const auto felt = [&](const ClosedLoopResult& loop, std::size_t k) { return loop.ticks[k].force.norm(); };
-  for (std::size_t k = 0; k < result.loop.ticks.size(); ++k)
-    if (result.loop.ticks[k].gain == 0) CHECK(felt(result.reference, k) == 0);
+  for (std::size_t k = 0; k < result.loops[0].ticks.size(); ++k)
+    if (result.loops[0].ticks[k].gain == 0) CHECK(felt(result.references[0], k) == 0);
   // A scheme that shakes by itself is not excused by it.
   p.scheme = Scheme::hold;
   p.gesture = Gesture::release;
   CHECK(measure(p).verdict.fault != LoopFault::none);
+}
+
+TEST_CASE("The plan of several hands has every point once, and all within what is swept") {
+  const std::vector<StabilityPoint> points = hands_points({{Scheme::port, Scheme::hyper}, 120, false, 1});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const StabilityPoint& p = points[i];
+    CHECK(is_possible(p));
+    CHECK((p.hands >= 2 && p.hands <= 8 && p.apart_mm >= 0 && p.apart_mm <= kApartMostMm));
+    CHECK((p.rtt_ms <= 300 && p.others_rtt_ms <= 300));
+    CHECK(std::find(points.begin() + static_cast<std::ptrdiff_t>(i) + 1, points.end(), p) == points.end());
+  }
+  CHECK(std::ranges::any_of(points, [](const StabilityPoint& p) { return p.rtt_ms != p.others_rtt_ms; }));
 }
 
 TEST_CASE("Held forces are unstable where their delay says so, and stable on a body soft enough for it") {
