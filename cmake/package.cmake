@@ -34,6 +34,7 @@ install(FILES ${files}/server/palpate-server.service DESTINATION /lib/systemd/sy
 install(FILES ${files}/server/palpate-server.default DESTINATION /etc/default RENAME palpate-server COMPONENT palpate-server)
 install(FILES ${files}/client/60-palpate.rules DESTINATION /lib/udev/rules.d COMPONENT palpate-client)
 install(FILES ${files}/client/lintian-overrides DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME palpate-client COMPONENT palpate-client)
+install(FILES ${files}/library/lintian-overrides DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME libpalpate1 COMPONENT libpalpate1)
 install(FILES ${files}/client/limits.conf DESTINATION ${doc}/palpate-client/examples COMPONENT palpate-client)
 install(DIRECTORY docker/monitoring DESTINATION ${share} COMPONENT palpate-server)
 install(DIRECTORY scenes DESTINATION ${share} COMPONENT palpate-data PATTERN "*.py" EXCLUDE)
