@@ -39,7 +39,7 @@ install(FILES ${files}/client/limits.conf DESTINATION ${doc}/palpate-client/exam
 install(DIRECTORY docker/monitoring DESTINATION ${share} COMPONENT palpate-server)
 install(DIRECTORY scenes DESTINATION ${share} COMPONENT palpate-data PATTERN "*.py" EXCLUDE)
 install(DIRECTORY examples/python/ DESTINATION ${doc}/python3-palpate/examples COMPONENT python3-palpate)
-install(DIRECTORY examples/c/ DESTINATION ${doc}/libpalpate-dev/examples COMPONENT libpalpate-dev)
+install(DIRECTORY examples/c/ examples/csharp/ DESTINATION ${doc}/libpalpate-dev/examples COMPONENT libpalpate-dev)
 install(DIRECTORY docs/ DESTINATION ${doc}/palpate COMPONENT palpate-doc)
 install(FILES README.md DESTINATION ${doc}/palpate COMPONENT palpate-doc)
 foreach(package IN LISTS CPACK_COMPONENTS_ALL)
