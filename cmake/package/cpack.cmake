@@ -112,4 +112,5 @@ servers and experiments of one's own: find_package(Palpate)."
 
 set(scripts ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/server)
 set(CPACK_DEBIAN_PALPATE-SERVER_PACKAGE_CONTROL_EXTRA ${scripts}/conffiles ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm)
-set(CPACK_DEBIAN_LIBPALPATE1_PACKAGE_CONTROL_EXTRA ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/library/shlibs)
+set(library ${CPACK_PALPATE_SOURCE_DIR}/cmake/package/library)
+set(CPACK_DEBIAN_LIBPALPATE1_PACKAGE_CONTROL_EXTRA ${library}/shlibs ${library}/triggers)

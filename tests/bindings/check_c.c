@@ -16,6 +16,20 @@
     }                                                                                             \
   } while (0)
 
+/* Allocations of this thread while `counting`: these functions stand before the C library's, for libpalpate.so too. */
+static _Thread_local int counting;
+static _Thread_local int allocations;
+void* __libc_malloc(size_t size);
+void* __libc_memalign(size_t alignment, size_t size);
+void* malloc(size_t size) {
+  allocations += counting;
+  return __libc_malloc(size);
+}
+void* aligned_alloc(size_t alignment, size_t size) {
+  allocations += counting;
+  return __libc_memalign(alignment, size);
+}
+
 static double* read_numbers(const char* folder, const char* name, size_t* count) {
   char file[4096];
   snprintf(file, sizeof file, "%s/%s", folder, name);
@@ -76,10 +90,13 @@ static palpate_body* press(const char* scene_file, const char* folder) {
   for (int k = 0; k < 100; ++k) {
     place(home, 101 + k, at);
     int32_t contact;
+    counting = 1;
     EXPECT(palpate_player_tick(player, at, force, &contact) == PALPATE_OK);
+    counting = 0;
     EXPECT(memcmp(force, expected + 3 * k, sizeof force) == 0);
   }
   free(expected);
+  EXPECT(allocations == 0);
   at[0] = NAN;
   EXPECT(palpate_player_tick(player, at, force, NULL) == PALPATE_OK && isfinite(force[2]));
   palpate_player_free(player);
@@ -124,7 +141,14 @@ static void errors(palpate_body* body, const char* scene_file) {
   EXPECT(palpate_client_join(&joining, &client) == PALPATE_OK);
   EXPECT(palpate_client_wait(client, 0.5) == PALPATE_FAILED && strcmp(palpate_error(), "nothing listens at 127.0.0.1:9") == 0);
   palpate_tick tick = {.size = sizeof tick};
+  counting = 1;
   EXPECT(palpate_client_tick(client, here, &tick) == PALPATE_OK && !tick.has_patch && tick.force_n[2] == 0);
+  counting = 0;
+  EXPECT(allocations == 0);
+  counting = 1;
+  EXPECT(palpate_body_step_alone(body, 1) == PALPATE_OK);
+  counting = 0;
+  EXPECT(allocations > 0); /* they are seen */
   palpate_client_free(client);
   palpate_viewer_options viewing = {.size = sizeof viewing, .server = "127.0.0.1:9"};
   palpate_viewer* viewer;

@@ -40,6 +40,6 @@ with serving(places, "touch-cube", "--record", file) as address:
 assert names["felt"].force.shape == (500, 3) and names["view"].positions.shape == (len(names["viewer"].rest), 3)
 names["scene"] = palpate.Scene(places.scene("touch-cube"))
 exec(recorded, names)
-assert len(names["again"].felt) >= 500
+assert len(names["again"].felt) > 400
 exec(task, names)
 assert names["observation"].shape == (7,)

@@ -34,6 +34,7 @@ class CheckStyle(unittest.TestCase):
         self.assert_breach("client/core/a.hpp", 2, '#include <server/core/b.hpp>', "layers")
         self.assert_breach("common/patch/a.hpp", 1, '#include "server/dynamics/b.hpp"', "layers")
         self.assert_breach("client/app/a.cpp", 1, '#include "bench/world/b.hpp"', "layers")
+        self.assert_breach("bench/lab/a.cpp", 1, '#include "bindings/core/b.hpp"', "layers")
         self.assert_breach("server/core/a.cpp", 1, '#include "../../client/core/b.hpp"', "layers")
         self.assert_clean("bench/world/a.cpp", '#include "client/core/b.hpp"\n#include "server/core/c.hpp"\n')
         self.assert_clean("server/core/a.cpp", '#include "common/wire/b.hpp"\n// #include "client/core/b.hpp"\n')

@@ -11,6 +11,7 @@ one thread at a time; several in several threads run side by side.
 With gymnasium installed these are gymnasium.Env and their spaces gymnasium.spaces.Box. Without it, Box below has what they need.
 """
 
+import math
 import pathlib
 
 import numpy as np
@@ -83,7 +84,8 @@ class Touch(Base):
         self.step_s, self.max_speed, self.max_steps = step_s, max_speed, max_steps
         self._ticks = int(round(1e3 * step_s))
         self._share = (np.arange(1, self._ticks + 1) / self._ticks)[:, None]
-        self._top = self.scene.home - [0, 0, 0.02]
+        self._home = np.array(self.scene.home)
+        self._top = self._home - [0, 0, 0.02]
         self.action_space = Box(-1.0, 1.0, shape=(3,), dtype=np.float64)
         self.observation_space = Box(-np.inf, np.inf, shape=(6 + self.extra,), dtype=np.float64)
 
@@ -91,29 +93,34 @@ class Touch(Base):
         """Takes a body at rest, with the tool at scene.home; draws the task's numbers. Returns (observation, info)."""
         super().reset(seed=seed)
         self._room = Room(self.scene)  # a body that was used and reset differs from it in the last digits
-        self.tool, self.force, self.steps = np.array(self.scene.home), np.zeros(3), 0
+        self.tool, self.force, self.force_n, self.steps = np.array(self._home), np.zeros(3), 0.0, 0
         self.begin(options or {})
         return self.observation(), {}
 
     def step(self, action):
         """Moves the tool and the body. Returns (observation, reward, terminated, truncated, info)."""
-        action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
-        before, self.tool = self.tool, self.tool + action * self.max_speed * self.step_s
-        frame = self._room.step(before + self._share * (self.tool - before), patches=False, shape=False)
-        self.force = np.array(frame.tool().force)
+        by = np.minimum(np.maximum(action, -1.0), 1.0) * (self.max_speed * self.step_s)
+        frame = self._room.step(self.tool + self._share * by, patches=False, shape=False)
+        self.tool = self.tool + by
+        self.force = frame.tool().force.copy()
+        self.force_n = math.sqrt(self.force @ self.force)
         self.steps += 1
         reward, done = self.judge()
         return self.observation(), float(reward), bool(done), self.steps >= self.max_steps, {"failed": frame.failed}
 
     def observation(self):
-        return np.concatenate([self.tool - self.scene.home, self.force, self.numbers()])
+        observation = np.empty(6 + self.extra)
+        observation[:3] = self.tool - self._home
+        observation[3:6] = self.force
+        observation[6:] = self.numbers()
+        return observation
 
     def begin(self, options):
         """Draws what the task needs, from self.np_random."""
 
     def numbers(self):
-        """The task's part of the observation."""
-        return np.zeros(0)
+        """The task's part of the observation: `extra` numbers."""
+        return ()
 
     def judge(self):
         """Returns reward and success of the step that just ended."""
@@ -133,12 +140,12 @@ class Reach(Touch):
         self.place = self._top[:2] + self.np_random.uniform(-reach, reach)
 
     def numbers(self):
-        return self.place - self.scene.home[:2]
+        return self.place - self._home[:2]
 
     def judge(self):
-        away = np.linalg.norm(self.tool[:2] - self.place)
-        done = away < 0.005 and np.linalg.norm(self.force) > 0
-        return -np.hypot(away, max(self.tool[2] - self._top[2], 0)) + done, done
+        away = math.dist(self.tool[:2], self.place)
+        done = away < 0.005 and self.force_n > 0
+        return -math.hypot(away, max(self.tool[2] - self._top[2], 0)) + done, done
 
 
 class Press(Touch):
@@ -157,10 +164,10 @@ class Press(Touch):
         self._held = 0
 
     def numbers(self):
-        return np.array([self.target_n - np.linalg.norm(self.force)])
+        return (self.target_n - self.force_n,)
 
     def judge(self):
-        error = abs(self.numbers()[0]) / self.target_n
+        error = abs(self.target_n - self.force_n) / self.target_n
         self._held = self._held + 1 if error < 0.1 else 0
         done = self._held * self.step_s >= self.hold_s
         return -error + done, done

@@ -11,12 +11,12 @@ using namespace palpate;
 
 namespace {
 
-struct Shape {
+struct ShadedShape {
   std::vector<Vec3f> normals;
   std::vector<float> cavity;
 };
-Shape shape_of(const demo::Body& body, const std::vector<Vec3f>& positions) {
-  Shape shape;
+ShadedShape shape_of(const demo::Body& body, const std::vector<Vec3f>& positions) {
+  ShadedShape shape;
   Cavity cavity;
   cavity.prepare(body.triangles, body.rest);
   update_normals(body.triangles, positions, shape.normals);
@@ -29,7 +29,7 @@ Shape shape_of(const demo::Body& body, const std::vector<Vec3f>& positions) {
 TEST_CASE("On a sphere the normals are the positions, and it is equally convex everywhere and in every mesh", "[view]") {
   for (const int levels : {3, 4, 5}) {
     const demo::Body body = demo::unit_sphere(levels);
-    const Shape shape = shape_of(body, body.rest);
+    const ShadedShape shape = shape_of(body, body.rest);
     const float convex = -0.5F * Cavity::kReach * bounds(body.triangles, body.rest).diagonal();  // R times 1/radius, over 2
     for (std::size_t i = 0; i < body.rest.size(); ++i) {
       REQUIRE((shape.normals[i] - body.rest[i]).norm() < 0.03F);
@@ -41,7 +41,7 @@ TEST_CASE("On a sphere the normals are the positions, and it is equally convex e
 TEST_CASE("The bottom of an indentation is as hollow in a coarse mesh as in a fine one, and its surroundings are not", "[view]") {
   for (const int levels : {4, 5, 6}) {
     const demo::Body body = demo::pressed_organ(0.009F, 1, levels);
-    const Shape shape = shape_of(body, body.positions);
+    const ShadedShape shape = shape_of(body, body.positions);
     const Vec3f tip = body.tools[0].position.cast<float>();
     for (std::size_t i = 0; i < body.positions.size(); ++i) {
       if ((body.positions[i] - tip).norm() < 0.002F) CHECK(shape.cavity[i] == Approx(0.33).margin(0.06));
@@ -63,7 +63,7 @@ TEST_CASE("A surface is closed when every edge has two sides", "[view]") {
 TEST_CASE("Vertices without a triangle and empty surfaces do no harm", "[view]") {
   demo::Body alone_body;
   alone_body.rest = {Vec3f(1, 2, 3)};
-  const Shape shape = shape_of(alone_body, alone_body.rest);
+  const ShadedShape shape = shape_of(alone_body, alone_body.rest);
   const auto& alone = alone_body.rest;
   REQUIRE(shape.normals[0] == Vec3f::UnitZ());
   REQUIRE(shape.cavity[0] == 0);
