@@ -89,7 +89,7 @@ function(palpate_library NAME)
     add_library(${target} STATIC ${sources})
     palpate_unity(${target})
     # Shared objects (bindings/) hold these libraries as well as programs do. What is hidden cannot be replaced from outside, so that the
-    # compiler inlines and addresses it as it does in a program (docs/decisions/0075-bindings.md).
+    # compiler inlines and addresses it as it does in a program (docs/decisions/0069-bindings.md).
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     target_link_libraries(${target} PUBLIC palpate_abi ${LIBRARY_DEPENDS} PRIVATE $<BUILD_INTERFACE:palpate_flags> ${LIBRARY_PRIVATE})
     target_compile_options(${target} PRIVATE $<TARGET_PROPERTY:palpate_hardening,INTERFACE_COMPILE_OPTIONS>)

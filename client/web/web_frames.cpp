@@ -119,7 +119,7 @@ std::string shape_frame(const ViewMoment& moment, std::span<const Vec3f> rest, s
 
 std::string room_message(const PageState& state) {
   json j{{"type", "room"},       {"title", state.title},     {"status", state.status},
-         {"live", state.live},   {"heard", state.heard},     {"t", rounded(state.t_s, 3)},
+         {"live", state.live},   {"heard", state.heard},     {"t", rounded(state.t_s, 6)},
          {"speed", state.speed}, {"playing", state.playing}, {"stations", json::array()}};
   if (state.room != nullptr) {
     for (const StationView& station : state.room->stations) j["stations"].push_back(station_json(station, state.late_known));

@@ -34,16 +34,17 @@ PageState LivePage::state(Micros now) const {
   PageState state;
   state.heard = core_.heard_lately(now);
   state.t_s = seconds(shown_);
-  if (core_.link() == LinkState::refused) {
-    state.title = "refused";
-    state.status = core_.refusal();
-  } else if (!core_.ready()) {
-    state.title = "palpate";
-    state.status = (link_.nobody_listens() ? "nothing listens at " : "waiting for ") + link_.server();
-  } else {
+  if (core_.ready()) {
     state.title = core_.welcome().scene;
     state.status = status_line(core_, now);
     state.room = &core_.room();
+  } else {
+    state.title = "palpate";
+    state.status = (link_.nobody_listens() ? "nothing listens at " : "waiting for ") + link_.server();
+  }
+  if (core_.link() == LinkState::refused) {
+    state.status = core_.refusal();
+    state.room = nullptr;
   }
   return state;
 }

@@ -287,7 +287,7 @@ Response WebServer::Inside::plain(const Request& request, http::status status, s
   response.set(http::field::content_type, "text/plain; charset=utf-8");
   response.set("Content-Security-Policy", kPolicy);
   response.set("X-Content-Type-Options", "nosniff");
-  response.set("Referrer-Policy", "no-referrer");
+  response.set("Referrer-Policy", "same-origin");  // without a referrer a browser sends "Origin: null" with a form
   response.set(http::field::cache_control, "no-store");
   response.body() = std::move(text);
   return response;
@@ -300,7 +300,7 @@ Response WebServer::Inside::log_in(const Request& request) {
   attempts.take(monotonic_now());
   const bool right = same_secret(form_value(request.body(), "password"), password);
   Response response = plain(request, http::status::see_other, "");
-  response.set(http::field::location, right ? "/" : "/?wrong");
+  response.set(http::field::location, right ? "/" : "/#wrong");
   if (right) response.set(http::field::set_cookie, cookie_name + "=" + cookie_value + "; Path=/; HttpOnly; SameSite=Strict");
   return response;
 }

@@ -205,7 +205,7 @@ function showFigures(): void {
   if (names.length === 0) {
     const nobody = document.createElement("p");
     nobody.className = "nobody";
-    nobody.textContent = "nobody touches the body";
+    nobody.textContent = room.live && !room.heard ? "not known while the server is silent" : "nobody touches the body";
     list.replaceChildren(nobody);
   } else {
     list.replaceChildren(
@@ -275,9 +275,8 @@ function drawCourse(): void {
 
 // --- pictures ------------------------------------------------------------------------------------------------------------
 
-function draw(): void {
+function draw(now: number): void {
   requestAnimationFrame(draw);
-  const now = performance.now();
   let changed = false;
   if (newest) {
     const sought = shape === null || Math.abs(newest.t - shape.t) > 0.5 || newest.tools.length !== shape.tools.length;
@@ -287,7 +286,7 @@ function draw(): void {
     changed = true;
     document.documentElement.dataset.shapes = String(Number(document.documentElement.dataset.shapes ?? 0) + 1);
   }
-  if (scene.draw() || changed) showLabels();
+  if (scene.draw(now) || changed) showLabels();
   if (changed) {
     showLegend();
     plot.draw(marks, getComputedStyle(document.documentElement));

@@ -16,6 +16,8 @@ const LEAN = new THREE.Vector3(0.5, 0.36, 0.79); // shaft of a device without or
 const AZIMUTH = -0.95;
 const ELEVATION = 0.62;
 const UP = new THREE.Vector3(0, 0, 1);
+const SLOW_MS = 150; // time from a picture to the next at which the machine is too slow for this quality
+const SLOW_PICTURES = 4;
 
 const LIGHT = { key: 2.1, rim: 0.9, sky: 0xdfe6ee, ground: 0xa89e96, ambient: 1.9, shadow: 0.26 };
 const DARK = { key: 2.1, rim: 1.1, sky: 0xaab6c8, ground: 0x4a4646, ambient: 1.35, shadow: 0.55 };
@@ -72,6 +74,9 @@ export class BodyScene {
   private dirty = true;
   private dark = false;
   private layout = "";
+  private quality = 2; // 1: without shadows, 0: with half the pixels each way as well
+  private slow = 0;
+  private drawnAt = 0; // 0: the last call drew nothing
   private free = new DOMRect(0, 0, 1, 1);
 
   /** Draws on the whole canvas, and puts the body into the middle of `place`, the part that nothing covers. */
@@ -90,7 +95,7 @@ export class BodyScene {
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(1024, 1024);
     this.sun.shadow.radius = 7;
-    this.sun.shadow.blurSamples = 16;
+    this.sun.shadow.blurSamples = 12;
     this.floor.receiveShadow = true;
     this.scene.add(this.sun, this.sun.target, this.rim, this.rim.target, this.sky, this.floor);
     this.setTheme(false, "#4d5c6b");
@@ -354,20 +359,31 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying f
   }
 
   /** Draws when something has changed since. Returns true if it did. */
-  draw(): boolean {
+  draw(now: number): boolean {
+    if (this.drawnAt > 0) this.slow = now - this.drawnAt > SLOW_MS ? this.slow + 1 : 0;
+    if (this.slow >= SLOW_PICTURES && this.quality > 0) {
+      this.slow = 0;
+      --this.quality;
+      this.renderer.shadowMap.enabled = this.sun.castShadow = this.floor.visible = false;
+      this.dirty = true;
+    }
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    const density = Math.min(window.devicePixelRatio || 1, 2);
+    const density = Math.min(window.devicePixelRatio || 1, 2) * (this.quality > 0 ? 1 : 0.5);
     const free = this.place.getBoundingClientRect();
-    const key = [width, height, density, free.left, free.top, free.width, free.height].join();
+    const key = [width, height, free.left, free.top, free.width, free.height].join();
     if (key !== this.layout) {
       this.layout = key;
       this.free = free;
-      this.renderer.setPixelRatio(density);
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / Math.max(height, 1);
       this.camera.setViewOffset(width, height, width / 2 - free.left - free.width / 2, height / 2 - free.top - free.height / 2, width, height);
       this.fit();
     }
+    if (this.renderer.getPixelRatio() !== density) {
+      this.renderer.setPixelRatio(density);
+      this.dirty = true;
+    }
+    this.drawnAt = this.dirty ? now : 0;
     if (!this.dirty) return false;
     this.dirty = false;
     this.renderer.render(this.scene, this.camera);

@@ -166,7 +166,7 @@ TEST_CASE("With a password only the cookie of a sign-in opens page and WebSocket
   };
   CHECK_FALSE(open(""));
   const auto wrong = place.ask({.verb = http::verb::post, .target = "/login", .body = "password=a+long+password"});
-  CHECK(wrong[http::field::location] == "/?wrong");
+  CHECK(wrong[http::field::location] == "/#wrong");
   CHECK(wrong.find(http::field::set_cookie) == wrong.end());
   const auto right = place.ask({.verb = http::verb::post, .target = "/login", .body = "password=a+long+password+%26%20more"});
   CHECK(right.result() == http::status::see_other);
