@@ -4,7 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 #include "server/room/tool_coupling.hpp"
 #include "server/room/tool_track.hpp"
 

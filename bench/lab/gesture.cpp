@@ -6,7 +6,7 @@
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {

@@ -18,7 +18,7 @@
 #include "bench/measure/gestures.hpp"
 #include "bench/output/plot.hpp"
 #include "bench/paper/compared_scheme.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {

@@ -16,7 +16,7 @@
 #include "bench/measure/pushed_cube.hpp"
 #include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {

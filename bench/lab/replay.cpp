@@ -22,7 +22,7 @@
 #include "common/base/limits.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "common/io/mapped_file.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {

@@ -19,7 +19,7 @@
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
 #include "common/wire/scheme_in_use.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 namespace {

@@ -8,7 +8,7 @@
 #include "bench/lab/parallel.hpp"
 #include "bench/measure/examination.hpp"
 #include "common/base/error.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 namespace palpate {
 

@@ -22,7 +22,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 
 namespace palpate {
 

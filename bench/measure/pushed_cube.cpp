@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "bench/measure/gestures.hpp"
+#include "server/body/settle.hpp"
 #include "server/dynamics/integrator_selection.hpp"
-#include "server/dynamics/settle.hpp"
 #include "server/scene/settings.hpp"
 
 namespace palpate {

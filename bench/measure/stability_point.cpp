@@ -6,8 +6,8 @@
 
 #include "bench/measure/tools_apart.hpp"
 #include "common/base/error.hpp"
-#include "server/dynamics/dynamics.hpp"
-#include "server/dynamics/skin.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/body/skin.hpp"
 #include "server/room/room.hpp"
 #include "server/solve/linear_solver.hpp"
 

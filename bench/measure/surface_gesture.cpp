@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "bench/measure/gestures.hpp"
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {

@@ -14,7 +14,7 @@
 #include "bench/micro/machine.hpp"
 #include "bench/micro/timer.hpp"
 #include "common/io/spinning_thread_pool.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/dynamics/explicit_integrator.hpp"
 #include "server/elements/spring_blocks.hpp"
 #include "server/reduction/frame_model.hpp"

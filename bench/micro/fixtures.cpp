@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "bench/micro/timer.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/scene/scene_text.hpp"
 

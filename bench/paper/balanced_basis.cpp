@@ -6,7 +6,7 @@
 #include <cassert>
 #include <stdexcept>
 
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/reduction/basis.hpp"
 #include "server/reduction/snapshot_set.hpp"
 

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "bench/paper/low_rank_gramian.hpp"
-#include "server/dynamics/skin.hpp"
+#include "server/body/skin.hpp"
 
 namespace palpate {
 

@@ -7,7 +7,7 @@
 
 #include "bench/paper/block_scaling.hpp"
 #include "bench/paper/chain.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/solve/linear_solver.hpp"
 

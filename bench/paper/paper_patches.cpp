@@ -5,7 +5,7 @@
 
 #include "bench/paper/local_models.hpp"
 #include "common/wire/codec.hpp"
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 #include "server/reduction/patch_build.hpp"
 #include "server/reduction/port_surface.hpp"
 #include "server/reduction/psd_projection.hpp"

@@ -19,7 +19,7 @@
 
 #include "bench/paper/balanced_basis.hpp"
 #include "bench/paper/two_layer.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/reduction/basis.hpp"
 #include "server/room/room.hpp"
 

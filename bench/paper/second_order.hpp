@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "bench/paper/dynamic_stiffness.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 
 namespace palpate {
 

@@ -23,7 +23,7 @@
 
 #include "bench/paper/node_graph.hpp"
 #include "bench/paper/second_order.hpp"
-#include "server/reduction/local_body.hpp"
+#include "server/operators/local_body.hpp"
 
 namespace palpate {
 

@@ -17,8 +17,8 @@
 #include "bench/report/client_report.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/mesh_folders.hpp"
+#include "server/body/unload.hpp"
 #include "server/core/room_info.hpp"
-#include "server/dynamics/unload.hpp"
 
 namespace palpate {
 namespace {

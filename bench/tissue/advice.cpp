@@ -12,8 +12,8 @@
 #include "bench/tissue/advised_body.hpp"
 #include "bench/tissue/touch_compliance.hpp"
 #include "common/base/error.hpp"
-#include "server/dynamics/surface_stiffness.hpp"
-#include "server/dynamics/touch_places.hpp"
+#include "server/body/surface_stiffness.hpp"
+#include "server/body/touch_places.hpp"
 #include "server/io/frame_cost.hpp"
 #include "server/room/room.hpp"
 

@@ -2,7 +2,7 @@
 //
 //     F(x)_c + p_c = 0 where component c of a node is free,     x_c = X_c + u_c where it is held
 //
-// F: forces of the elements and gravity [N] (server/dynamics/dynamics.hpp), p: dead loads [N], u: prescribed displacements [m].
+// F: forces of the elements and gravity [N] (server/body/dynamics.hpp), p: dead loads [N], u: prescribed displacements [m].
 // Scenes fix whole nodes; planes of symmetry, sliding ends and frictionless punches hold one component, as the closed forms of
 // elasticity require.
 //
@@ -13,7 +13,7 @@
 
 #include <vector>
 
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/solve/linear_solver.hpp"
 
 namespace palpate {

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "bench/tissue/tissue_case.hpp"
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-// Time dependence of a solid with relaxation (server/dynamics/relaxation.hpp), in steps of the server's integrator. Two branches,
+// Time dependence of a solid with relaxation (server/body/relaxation.hpp), in steps of the server's integrator. Two branches,
 // 0.3 in 0.2 s and 0.25 in 2 s.
 //
 //   step relaxation   a column stretched by 0.1 % within a step and held: its force after 1 s [N]

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "server/dynamics/dynamics.hpp"
-#include "server/dynamics/settle.hpp"
-#include "server/dynamics/skin.hpp"
-#include "server/dynamics/touch_places.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/body/settle.hpp"
+#include "server/body/skin.hpp"
+#include "server/body/touch_places.hpp"
 #include "server/solve/linear_solver.hpp"
 
 namespace palpate {

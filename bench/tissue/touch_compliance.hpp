@@ -4,7 +4,7 @@
 //     C = n^T B^T K^-1 B n   [m/N]
 //
 // K is the tangent stiffness of the free nodes in the body's equilibrium, B the weights of a force at the place
-// (server/dynamics/skin.hpp, with the tool's contact radius), n the outward normal. At an edge the normals of two lattices differ
+// (server/body/skin.hpp, with the tool's contact radius), n the outward normal. At an edge the normals of two lattices differ
 // by up to a right angle, and beside the support C depends on the height at which each lattice happens to have its last held
 // nodes. Places and normals are therefore those of one lattice, and the places have the tip's radius between them and the
 // support.

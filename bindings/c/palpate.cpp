@@ -14,7 +14,7 @@
 #include "bindings/core/local_room.hpp"
 #include "common/base/error.hpp"
 #include "common/player/player.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 
 struct palpate_scene {
   palpate::Scene scene;

@@ -4,7 +4,7 @@
 
 #include "bindings/python/arrays.hpp"
 #include "bindings/python/module.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate::python {

@@ -61,7 +61,7 @@ struct LawParameters {
 };
 
 /// One branch of a Prony series: the share of the stress of fast motions that relaxes, and its time constant
-/// (server/dynamics/relaxation.hpp).
+/// (server/body/relaxation.hpp).
 struct PronyBranch {
   double share = 0, time_s = 1;
 };

@@ -20,7 +20,7 @@
 //     without its push, a plane with normal n_o that the modes move by R_o and a push by c_static,o:
 //     gap_o(t) = gap_o* + v_o t' + a_o t'^2 / 2 - R_o q,   t' = min(t - t*, load_for)
 //
-// Where the body's stress relaxes (server/dynamics/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H =
+// Where the body's stress relaxes (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H =
 // [[K_p, -B_k^T], [-B_k, K]] or K, each branch k of its Prony series adds share_k s_k to the forces on u,
 //     s_k' = (pull_k + H u - f - s_k) / time_k,      s_k(t*) = 0
 // f the force of terms in addition to the patch (nonlinear_terms.hpp): the relaxed part tends to the force that the body would

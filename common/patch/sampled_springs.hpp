@@ -2,7 +2,7 @@
 //
 // A spring e has the span d = x_b - x_a at the stamp, and d + delta_e, delta_e = G_e u, when the variables of the patch are u
 // (sampled_elements.hpp, with H_e = G_e). With its energy U_e(|d|), tension T = U', axis n_e = d / |d| and damper c_e, and
-// weights w_e >= 0 chosen so that few springs represent all (server/reduction/sampling.hpp),
+// weights w_e >= 0 chosen so that few springs represent all (server/sampling/sampling.hpp),
 //
 //     E(u) = sum_e w_e [ U_e(|d + delta|) - U_e(|d|) - T n . delta - delta^T K_e delta / 2 ]        [J]
 //     K_e = T' n n^T + (T / |d|) (1 - n n^T)

@@ -150,7 +150,7 @@ struct RecordedCheckpoint {
   Micros t{};                               ///< body time
   std::vector<Vec3> positions, velocities;  ///< all vertices, including inner ones [m], [m/s]
   std::vector<RecordedHold> holds;
-  /// For a solid whose stress relaxes: the relaxed stress of each element, branch after branch (server/dynamics/relaxation.hpp);
+  /// For a solid whose stress relaxes: the relaxed stress of each element, branch after branch (server/body/relaxation.hpp);
   /// accurate to 1.5e-5 of the largest number of each.
   Eigen::MatrixXf relaxed = {};
 };

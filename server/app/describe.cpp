@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "server/dynamics/locking.hpp"
-#include "server/dynamics/surface_stiffness.hpp"
-#include "server/dynamics/touch_places.hpp"
+#include "server/body/locking.hpp"
+#include "server/body/surface_stiffness.hpp"
+#include "server/body/touch_places.hpp"
 #include "server/io/frame_cost.hpp"
 #include "server/room/room.hpp"
 

@@ -8,7 +8,7 @@
 #include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
 #include "server/app/describe.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

@@ -25,7 +25,7 @@
 #include <complex>
 #include <vector>
 
-#include "server/dynamics/spectrum.hpp"
+#include "server/body/spectrum.hpp"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "common/base/limits.hpp"
-#include "server/dynamics/spectrum.hpp"
+#include "server/body/spectrum.hpp"
 
 namespace palpate {
 

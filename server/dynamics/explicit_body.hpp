@@ -14,10 +14,10 @@
 #include <span>
 #include <vector>
 
-#include "server/dynamics/hexa_forces.hpp"
+#include "server/body/hexa_forces.hpp"
+#include "server/body/skin.hpp"
 #include "server/dynamics/node_loops.hpp"
 #include "server/dynamics/resting_blocks.hpp"
-#include "server/dynamics/skin.hpp"
 #include "server/dynamics/stepper.hpp"
 #include "server/elements/spring_blocks.hpp"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/patch/contact_law.hpp"
+#include "server/body/skin.hpp"
 #include "server/dynamics/explicit_body.hpp"
-#include "server/dynamics/skin.hpp"
 
 namespace palpate {
 

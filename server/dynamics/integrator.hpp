@@ -35,8 +35,8 @@
 #include <optional>
 #include <vector>
 
-#include "server/dynamics/dynamics.hpp"
-#include "server/dynamics/skin.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/body/skin.hpp"
 #include "server/dynamics/stepper.hpp"
 #include "server/solve/linear_solver.hpp"
 

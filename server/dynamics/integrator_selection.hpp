@@ -19,7 +19,7 @@
 #include <memory>
 #include <string>
 
-#include "server/dynamics/skin.hpp"
+#include "server/body/skin.hpp"
 #include "server/dynamics/stepper.hpp"
 
 namespace palpate {

@@ -7,7 +7,7 @@
 #include "common/base/thread_pool.hpp"
 #include "common/patch/contact_law.hpp"
 #include "common/patch/onset.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 
 namespace palpate {
 

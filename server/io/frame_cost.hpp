@@ -9,8 +9,8 @@
 #include <functional>
 #include <optional>
 
+#include "server/body/surface_stiffness.hpp"
 #include "server/core/frame_costs.hpp"
-#include "server/dynamics/surface_stiffness.hpp"
 
 namespace palpate {
 

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "server/dynamics/batch_cg.hpp"
-#include "server/reduction/nonlinear_subdomain.hpp"
+#include "server/body/batch_cg.hpp"
+#include "server/operators/nonlinear_subdomain.hpp"
 #include "server/solve/linear_solver.hpp"
 
 namespace palpate {

@@ -5,9 +5,9 @@
 #include <cassert>
 
 #include "server/reduction/fit_nonlinear_terms.hpp"
-#include "server/reduction/nonlinear_elements.hpp"
 #include "server/reduction/patch_parts.hpp"
 #include "server/reduction/response_snapshots.hpp"
+#include "server/sampling/nonlinear_elements.hpp"
 
 namespace palpate {
 namespace {

@@ -16,8 +16,8 @@
 #include <functional>
 
 #include "common/patch/nonlinear_terms.hpp"
-#include "server/dynamics/dynamics.hpp"
-#include "server/dynamics/skin.hpp"
+#include "server/body/dynamics.hpp"
+#include "server/body/skin.hpp"
 
 namespace palpate {
 

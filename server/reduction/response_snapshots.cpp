@@ -4,7 +4,7 @@
 #include <cassert>
 #include <numeric>
 
-#include "server/reduction/nonlinear_elements.hpp"
+#include "server/sampling/nonlinear_elements.hpp"
 
 namespace palpate {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "common/mechanics/residual.hpp"
 #include "common/patch/sampled_springs.hpp"
-#include "server/reduction/element_gradient.hpp"
-#include "server/reduction/gradient_points.hpp"
-#include "server/reduction/nonlinear_elements.hpp"
+#include "server/sampling/element_gradient.hpp"
+#include "server/sampling/gradient_points.hpp"
+#include "server/sampling/nonlinear_elements.hpp"
 #include "server/solve/fused.hpp"
 
 namespace palpate {

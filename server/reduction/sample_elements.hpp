@@ -15,7 +15,7 @@
 
 #include "common/patch/sampled_elements.hpp"
 #include "server/reduction/basis.hpp"
-#include "server/reduction/sampling.hpp"
+#include "server/sampling/sampling.hpp"
 
 namespace palpate {
 

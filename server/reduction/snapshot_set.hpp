@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 
 namespace palpate {
 

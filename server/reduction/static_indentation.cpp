@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "server/elements/spring_forces.hpp"
-#include "server/reduction/local_body.hpp"
+#include "server/operators/local_body.hpp"
 
 namespace palpate {
 namespace {

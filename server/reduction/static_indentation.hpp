@@ -19,7 +19,7 @@
 #include <span>
 #include <vector>
 
-#include "server/dynamics/skin.hpp"
+#include "server/body/skin.hpp"
 #include "server/reduction/basis.hpp"
 
 namespace palpate {

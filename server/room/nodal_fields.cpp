@@ -8,8 +8,8 @@
 
 #include "common/mechanics/polar.hpp"
 #include "server/elements/spring_material.hpp"
-#include "server/reduction/element_gradient.hpp"
-#include "server/reduction/local_body.hpp"
+#include "server/operators/local_body.hpp"
+#include "server/sampling/element_gradient.hpp"
 
 namespace palpate {
 

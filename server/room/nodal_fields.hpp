@@ -6,7 +6,7 @@
 
 #include "common/patch/patch.hpp"
 #include "common/wire/shape_blocks.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {

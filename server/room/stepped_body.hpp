@@ -15,9 +15,9 @@
 #include <optional>
 #include <vector>
 
+#include "server/body/settle.hpp"
+#include "server/body/stillness.hpp"
 #include "server/dynamics/integrator_selection.hpp"
-#include "server/dynamics/settle.hpp"
-#include "server/dynamics/stillness.hpp"
 #include "server/reduction/tool_prediction.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_coupling.hpp"

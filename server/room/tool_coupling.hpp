@@ -15,7 +15,7 @@
 
 #include "common/base/grasp_reach.hpp"
 #include "common/base/minimum_jerk.hpp"
-#include "server/dynamics/skin.hpp"
+#include "server/body/skin.hpp"
 
 namespace palpate {
 

@@ -71,14 +71,14 @@ struct LumpedBody {
   std::vector<Tetrahedron> tetrahedra;   ///< triangles of membranes last
   std::vector<Hexahedron> hexahedra;     ///< never together with tetrahedra that have a volume
   std::vector<SolidMaterial> materials;  ///< for fast motions; young_pa of a membrane is Young's modulus times thickness [N/m]
-  std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/dynamics/relaxation.hpp)
+  std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/body/relaxation.hpp)
   double mass_damping_1_s = 0;           ///< finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
   std::vector<Triangle> triangles;       ///< closed outer surface over nodes, counter-clockwise outward; empty for planar bodies
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
   double left_out_share = 0;  ///< share of the volume inside a closed surface that was dropped (clip.hpp)
-  bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/dynamics/unload.hpp)
+  bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };
@@ -114,7 +114,7 @@ struct Scene {
 /// Folders below which a scene may name meshes. Links are resolved first: a link to a file elsewhere is refused.
 using MeshFolders = std::vector<std::filesystem::path>;
 
-/// Reads and checks a scene file. For a body as loaded by gravity see open_scene() (server/dynamics/unload.hpp). Throws
+/// Reads and checks a scene file. For a body as loaded by gravity see open_scene() (server/body/unload.hpp). Throws
 /// InputError with file, line, field, value and what was expected. Paths inside a scene (meshes) are relative to the scene file,
 /// and lie below its folder or one of `besides`.
 Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides = {});

@@ -7,7 +7,7 @@
 #include "bench/fidelity/replay.hpp"
 #include "bench/measure/examination.hpp"
 #include "common/player/player.hpp"
-#include "server/dynamics/unload.hpp"
+#include "server/body/unload.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {

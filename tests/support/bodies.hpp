@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/base/random.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 
 namespace palpate::test {
 

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 
 namespace palpate::test {
 

@@ -1,7 +1,7 @@
 // A body that is large enough to be locally refined.
 #pragma once
 
-#include "server/reduction/refined_body.hpp"
+#include "server/operators/refined_body.hpp"
 #include "tests/support/bodies.hpp"
 
 namespace palpate::test {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "bench/measure/pushed_cube.hpp"
-#include "server/dynamics/dynamics.hpp"
+#include "server/body/dynamics.hpp"
 
 using namespace palpate;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 
 using namespace palpate;
 

@@ -9,7 +9,7 @@
 #include "bench/tissue/advised_body.hpp"
 #include "bench/tissue/touch_compliance.hpp"
 #include "common/base/error.hpp"
-#include "server/dynamics/surface_stiffness.hpp"
+#include "server/body/surface_stiffness.hpp"
 #include "server/room/room.hpp"
 
 using namespace palpate;

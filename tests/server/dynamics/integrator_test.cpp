@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "common/base/error.hpp"
-#include "server/dynamics/settle.hpp"
+#include "server/body/settle.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

@@ -10,8 +10,8 @@
 
 #include "common/patch/terms_pieces.hpp"
 #include "common/player/player.hpp"
+#include "server/body/tangents.hpp"
 #include "server/dynamics/integrator.hpp"
-#include "server/dynamics/tangents.hpp"
 #include "server/reduction/patch_build.hpp"
 #include "server/solve/linear_solver.hpp"
 #include "tests/support/bodies.hpp"

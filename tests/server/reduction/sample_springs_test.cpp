@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "server/reduction/sparse_nnls.hpp"
+#include "server/sampling/sparse_nnls.hpp"
 #include "tests/support/bodies.hpp"
 
 using namespace palpate;

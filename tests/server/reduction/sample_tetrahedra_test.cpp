@@ -1,14 +1,14 @@
 // A few tetrahedra that represent all: against the body's own forces at displacements that were not among the samples.
 #include "server/reduction/sample_elements.hpp"
 
-#include "server/reduction/gradient_points.hpp"
+#include "server/sampling/gradient_points.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 #include <set>
 
-#include "server/reduction/element_gradient.hpp"
+#include "server/sampling/element_gradient.hpp"
 #include "server/scene/capsule.hpp"
 #include "tests/support/bodies.hpp"
 

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 
-#include "server/dynamics/stillness.hpp"
+#include "server/body/stillness.hpp"
 #include "server/room/room.hpp"
 #include "tests/support/bodies.hpp"
 

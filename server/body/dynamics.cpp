@@ -1,0 +1,89 @@
+#include "server/body/dynamics.hpp"
+
+#include <cassert>
+
+namespace palpate {
+
+Dynamics::Dynamics(const LumpedBody& body)
+    : body_(&body),
+      masses_(3 * static_cast<Eigen::Index>(body.nodes.size())),
+      pattern_(static_cast<std::uint32_t>(body.nodes.size()), edges_of(body)),
+      springs_(body, pattern_),
+      tetrahedra_(body, pattern_),
+      hexahedra_(body, pattern_),
+      relaxation_(body, tetrahedra_, hexahedra_, pattern_) {
+  assert(!body.is_loaded);
+  for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
+}
+
+BodyState Dynamics::rest_state() const {
+  BodyState s;
+  s.x.resize(masses_.size());
+  s.v = Vector::Zero(masses_.size());
+  for (std::uint32_t i = 0; i < nodes(); ++i) at_node(s.x, i) = body_->nodes[i];
+  return s;
+}
+
+void Dynamics::forces(const Vector& x, const Vector& v, Vector& f) const {
+  f.resize(x.size());
+  for (std::uint32_t i = 0; i < nodes(); ++i) at_node(f, i) = body_->masses_kg[i] * body_->gravity_m_s2;
+  springs_.add_forces(x, v, f);
+  tetrahedra_.add_forces(x, v, f);
+  hexahedra_.add_forces(x, v, f);
+}
+
+Vec3 Dynamics::element_force(const BodyState& state, std::uint32_t node) const {
+  return springs_.force_on(state, node) + tetrahedra_.force_on(state, node) + hexahedra_.force_on(state, node) +
+         relaxation_.force_on(state, node);
+}
+
+BlockMatrix Dynamics::make_matrix() const { return pattern_; }
+
+void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held,
+                        bool clamp, BlockMatrix& a) const {
+  a.set_zero();
+  for (std::uint32_t i = 0; i < nodes(); ++i)
+    a.block(a.diagonal(i)).diagonal().setConstant(held[i] ? 1.0 : c_m * body_->masses_kg[i]);
+  springs_.add_tangents(state, c_d, c_k, held, clamp, a);
+  tetrahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
+  hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
+  relaxation_.add_tangents(state, c_k, held, clamp, a);
+  if (!body_->planar) return;
+  // The nodes of a planar body are not coupled across its plane; with c_m = 0 those rows would be empty.
+  for (std::uint32_t i = 0; i < nodes(); ++i)
+    if (!(a.block(a.diagonal(i))(2, 2) > 0)) a.block(a.diagonal(i))(2, 2) = 1;
+}
+
+void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector& k_y, Vector& d_y) const {
+  k_y = Vector::Zero(y.size());
+  d_y = Vector::Zero(y.size());
+  std::vector<NodeLanes> in(nodes()), k(nodes()), d(nodes());
+  pack_columns(y, 0, in);
+  pack_columns(k_y, 0, k);
+  pack_columns(d_y, 0, d);
+  const auto add = [&](const auto& elements, auto tangents) {
+    elements.find_tangents(state, tangents);
+    elements.add_products(tangents, in, 1, 1, k, d);
+  };
+  add(springs_, std::vector<ElementTangent<TrussShape>>());
+  add(tetrahedra_, std::vector<ElementTangent<TetraShape>>());
+  add(hexahedra_, std::vector<ElementTangent<HexaShape>>());
+  relaxation_.add_products(state.history.get(), in, 1, k);
+  unpack_columns(k, 0, k_y);
+  unpack_columns(d, 0, d_y);
+}
+
+double Dynamics::energy(const BodyState& state) const {
+  double energy = 0.5 * state.v.dot(masses_.cwiseProduct(state.v)) + springs_.energy(state.x) + tetrahedra_.energy(state.x) +
+                  hexahedra_.energy(state.x) + relaxation_.energy(state);
+  for (std::uint32_t i = 0; i < nodes(); ++i)
+    energy -= body_->masses_kg[i] * body_->gravity_m_s2.dot(at_node(state.x, i) - body_->nodes[i]);
+  return energy;
+}
+
+void mask(const std::vector<std::uint8_t>& held, Vector& y) {
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i]) at_node(y, static_cast<std::uint32_t>(i)).setZero();
+}
+
+}  // namespace palpate

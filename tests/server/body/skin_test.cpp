@@ -1,0 +1,84 @@
+// The skin: the surface as felt by a tip of finite width.
+#include "server/body/skin.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "server/dynamics/integrator.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+TEST_CASE("The skin of a point is the surface itself", "[skin]") {
+  const LumpedBody body = box_body(4, 4, 4);
+  const Dynamics dynamics(body);
+  const Skin skin(body);
+  const BodyState state = random_state(dynamics, 3, 0.004, 0);
+  const auto x = skin.place(state.x);
+  for (const Triangle& t : body.triangles)
+    for (const std::uint32_t i : t) CHECK((vertex(x, i) - state.x.segment<3>(3 * static_cast<Eigen::Index>(i))).norm() < 1e-15);
+  const auto b = skin.weights({0, Vec3(0.2, 0.3, 0.5)});
+  REQUIRE(b.size() == 3);
+}
+
+TEST_CASE("The skin moves rigidly with the body, rests where the surface rests, and smooths what a single node does", "[skin]") {
+  const LumpedBody body = box_body(5, 5, 5);
+  const Dynamics dynamics(body);
+  const Skin skin(body, 2.5 * kSpacingM);
+  BodyState state = dynamics.rest_state();
+  const std::uint32_t top = 2 + 5 * (2 + 5 * 4);
+  CHECK((vertex(skin.place(state.x), top) - body.nodes[top]).norm() < 1e-15);
+
+  const Vec3 shift(0.01, -0.02, 0.03);
+  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) state.x.segment<3>(3 * static_cast<Eigen::Index>(i)) += shift;
+  CHECK((vertex(skin.place(state.x), top) - body.nodes[top] - shift).norm() < 1e-15);
+
+  state = dynamics.rest_state();
+  state.x[3 * top + 2] -= 0.010;
+  const auto x = skin.place(state.x);
+  CHECK(x[3 * top + 2] < body.nodes[top].z());
+  CHECK(x[3 * top + 2] > body.nodes[top].z() - 0.005);
+  CHECK(x[3 * (top + 1) + 2] < body.nodes[top + 1].z());
+}
+
+TEST_CASE("A force on the skin does the work on the nodes that it does on its point, and none is lost", "[skin]") {
+  const LumpedBody body = box_body(5, 4, 4);
+  const Dynamics dynamics(body);
+  const Skin skin(body, 2 * kSpacingM);
+  Random random(8);
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto triangle = static_cast<std::uint32_t>(random.uniform(0, static_cast<double>(body.triangles.size())));
+    const double u = random.uniform(), v = random.uniform(0, 1 - u);
+    const SurfacePoint point{triangle, Vec3(u, v, 1 - u - v)};
+    const auto b = skin.weights(point);
+    const BodyState state = random_state(dynamics, static_cast<std::uint64_t>(trial), 0.003, 0.2);
+    const Vec3 force = random_vector(random, 2);
+    Vector f = Vector::Zero(state.x.size());
+    scatter(b, force, f);
+    Vec3 sum = Vec3::Zero();
+    for (Eigen::Index i = 0; i < f.size(); i += 3) sum += f.segment<3>(i);
+    CHECK((sum - force).norm() < 1e-12);
+    CHECK(f.dot(state.v) == Approx(force.dot(gather(b, state.v))).margin(1e-12));
+    CHECK((skin.position(point, b, state.x) - position_at(skin.view(), skin.place(state.x), point)).norm() < 1e-14);
+  }
+}
+
+TEST_CASE("A wide tip is met by more of the body than a point", "[skin]") {
+  const LumpedBody body = box_body(6, 6, 6);
+  const Dynamics dynamics(body);
+  const auto press = [&](double radius_m) {
+    const Skin skin(body, radius_m);
+    Integrator integrator(dynamics, skin, {0.005});
+    BodyState state = dynamics.rest_state();
+    std::vector<ToolPort> ports(1);
+    ports[0].parameters = {1000, 0.3};
+    const Vec3 top(0.05, 0.05, 0.1);
+    const auto tool = [&](std::size_t, double t) {
+      return ToolAt{top - Vec3(0, 0, 0.006 * std::min(1.0, t / 0.3)), Vec3::Zero()};
+    };
+    REQUIRE(integrator.advance(state, ports, 1.5, tool).converged);
+    REQUIRE(ports[0].touching);
+    return -ports[0].lambda.z();
+  };
+  CHECK(press(2.5 * kSpacingM) > 1.2 * press(0));
+}
