@@ -71,7 +71,8 @@ void print_misfits(const AdviseFlags& flags, const Advice& advice) {
   if (!advice.step_known)
     fmt::print("The error of the step is not known; no step follows a node that is pulled down by 10 mm.\n");
   if (std::abs(m.filled_share - 1) > 0.03)
-    fmt::print("The body has {:.0f} % of the volume that the surface encloses.\n", 100 * m.filled_share);
+    fmt::print("The body has {:.0f} % of the volume that the surface encloses: {}the spacing is too coarse for it.\n",
+               100 * m.filled_share, m.filled_share < 1 ? "parts that do not hang together with the rest are left out, or " : "");
 }
 
 void print_advice(const AdviseFlags& flags, const Advice& advice, const std::filesystem::path& scene) {
@@ -79,14 +80,13 @@ void print_advice(const AdviseFlags& flags, const Advice& advice, const std::fil
   print_tried(advice);
   fmt::print(
       "\nA lattice of {:.2f} mm of hexahedra ({} nodes), steps of {:g} ms, patches '{}'.\n"
-      "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; at the worst place {:.0f} %. The model "
-      "of the "
-      "error is off by up to {:.1f} %.\n"
+      "Force of a light touch: {:.1f} % from the continuum, of which the step {:.1f} %; at the worst place, {}, {:.0f} %. The "
+      "model of the error is off by up to {:.1f} %.\n"
       "A frame takes {:.1f} ms of this machine (step {:.1f}, patch {:.1f}) of {:.0f}, with a hand where it takes longest, at "
       "{}.\n",
       1e3 * m.spacing_m, m.nodes, 1e3 * advice.step_s, name_of(m.scheme), 100 * advice.error(), 100 * advice.step_error,
-      100 * (m.worst_error + advice.step_error), 100 * advice.model_error, m.frame_ms(), m.step_ms, m.patch_ms,
-      1e3 / flags.rate_hz, in_mm(m.worst_place));
+      in_mm(m.worst_error_place), 100 * (m.worst_error + advice.step_error), 100 * advice.model_error, m.frame_ms(), m.step_ms,
+      m.patch_ms, 1e3 / flags.rate_hz, in_mm(m.worst_place));
   print_misfits(flags, advice);
   fmt::print("\n  palpate-server --scene {} --rate-hz {:g}\n", scene.string(), flags.rate_hz);
 }

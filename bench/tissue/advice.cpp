@@ -92,10 +92,10 @@ class Adviser {
     if (scenes_.empty()) return;
     const Vec3 home = home_of(scenes_.back());
     places_ = touch_places(scenes_.back().body, home, kPlaces);
-    const std::vector<PushedPlace> compared = compared_places(scenes_.back(), advice_.body.held_below_m, home, kPlaces);
+    compared_ = compared_places(scenes_.back(), advice_.body.held_below_m, home, kPlaces);
     for (std::size_t i = 0; i < scenes_.size();) {
       AdvisedMesh& mesh = advice_.tried[i];
-      mesh.compliances_m_n = touch_compliances(scenes_[i], compared);
+      mesh.compliances_m_n = touch_compliances(scenes_[i], compared_);
       if (mesh.compliances_m_n.empty()) {
         refuse(mesh.spacing_m, fmt::format("the body has no equilibrium: {} of {} nodes are held, too few for all of it; "
                                            "expected a larger --held",
@@ -128,7 +128,9 @@ class Adviser {
     advice_.model_error = model_errors.front();
     for (std::size_t i = 0; i < errors.size(); ++i) {
       advice_.tried[i].mesh_error = errors[i].front();
-      advice_.tried[i].worst_error = *std::ranges::max_element(errors[i]);
+      const auto worst = std::ranges::max_element(errors[i]);
+      advice_.tried[i].worst_error = *worst;
+      advice_.tried[i].worst_error_place = compared_[static_cast<std::size_t>(worst - errors[i].begin())].place;
     }
   }
 
@@ -205,8 +207,9 @@ class Adviser {
   AdviceRequest request_;
   Stopwatch stopwatch_;
   std::function<void(const std::string&)> says_;
-  std::vector<Scene> scenes_;  ///< of the meshes in advice_.tried
-  std::vector<Vec3> places_;   ///< of hands whose cost is measured
+  std::vector<Scene> scenes_;          ///< of the meshes in advice_.tried
+  std::vector<PushedPlace> compared_;  ///< places at which the meshes are compared
+  std::vector<Vec3> places_;           ///< of hands whose cost is measured
   Advice advice_;
 };
 

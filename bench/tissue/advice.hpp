@@ -59,6 +59,7 @@ struct AdvisedMesh {
   double filled_share = 1;  ///< volume over that of the surface
   std::vector<double> compliances_m_n = {};
   double mesh_error = 0, worst_error = 0;  ///< error at the top, and the largest of all places
+  Vec3 worst_error_place = Vec3::Zero();
   // For candidates whose cost was measured, at the most expensive place:
   Scheme scheme = Scheme::hyper;
   double step_ms = 0, patch_ms = 0;  ///< per frame; infinite if a step finds no solution
