@@ -2,7 +2,6 @@
 // arithmetic in every lane, no contraction, so the same bits for every width.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 
 #define PALPATE_INLINE [[gnu::always_inline]] inline
@@ -34,14 +33,6 @@ PALPATE_INLINE Doubles<N>& doubles(double* at) {
 template <std::size_t N>
 PALPATE_INLINE const Doubles<N>& doubles(const double* at) {
   return *reinterpret_cast<const Doubles<N>*>(at);
-}
-
-template <std::size_t N>
-PALPATE_INLINE void roots(const Doubles<N>& of, Doubles<N>& root) {
-  alignas(64) double numbers[N];
-  doubles<N>(numbers) = of;
-  for (std::size_t l = 0; l < N; ++l) numbers[l] = std::sqrt(numbers[l]);
-  root = doubles<N>(numbers);
 }
 
 /// A number for each of eight elements.

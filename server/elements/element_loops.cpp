@@ -484,32 +484,39 @@ struct ProductLoop<TrussShape> {
                                  NodeLanes* k_y, NodeLanes* d_y) {
     const double spatial = elements.materials[0].planar ? 0 : 1;
     const bool together = k_y == d_y;
-    for (std::size_t e = 0; e < elements.cells.size(); ++e) {
-      const auto [a, b] = elements.cells[e].nodes;
-      const ElementTangent<TrussShape>& at = elements.tangents[e];
-      const double across = c_k * at.across_n_m, damper = c_d * at.damping_n_s_m,
-                   along = c_k * at.slope_n_m - across + (together ? damper : 0);
-      const ColumnLanes u[3] = {lanes(y[a].x) - lanes(y[b].x), lanes(y[a].y) - lanes(y[b].y),
-                                spatial * (lanes(y[a].z) - lanes(y[b].z))};
-      ColumnLanes stretch{}, f[3];
-      for (int r = 0; r < 3; ++r) add_product(at.direction[r], u[r], stretch);
-      const ColumnLanes pull = along * stretch;
-      for (int r = 0; r < 3; ++r) {
-        f[r] = across * u[r];
-        add_product(at.direction[r], pull, f[r]);
+    for (std::size_t e = 0;
+         e < elements.cells.size();) {  // as in scatter(), the products of one node are summed before they are stored
+      const std::uint32_t a = elements.cells[e].nodes[0];
+      const ColumnLanes own[3] = {lanes(y[a].x), lanes(y[a].y), lanes(y[a].z)};
+      ColumnLanes k_sum[3] = {}, d_sum[3] = {};
+      for (; e < elements.cells.size() && elements.cells[e].nodes[0] == a; ++e) {
+        const std::uint32_t b = elements.cells[e].nodes[1];
+        const ElementTangent<TrussShape>& at = elements.tangents[e];
+        const double across = c_k * at.across_n_m, damper = c_d * at.damping_n_s_m,
+                     along = c_k * at.slope_n_m - across + (together ? damper : 0);
+        const ColumnLanes u[3] = {own[0] - lanes(y[b].x), own[1] - lanes(y[b].y), spatial * (own[2] - lanes(y[b].z))};
+        ColumnLanes stretch{}, f[3];
+        for (int r = 0; r < 3; ++r) add_product(at.direction[r], u[r], stretch);
+        const ColumnLanes pull = along * stretch;
+        for (int r = 0; r < 3; ++r) {
+          f[r] = across * u[r];
+          add_product(at.direction[r], pull, f[r]);
+        }
+        move(f, k_y[b], k_sum);
+        if (together) continue;
+        stretch *= damper;
+        for (int r = 0; r < 3; ++r) f[r] = at.direction[r] * stretch;
+        move(f, d_y[b], d_sum);
       }
-      add(f, a, b, k_y);
-      if (together) continue;
-      stretch *= damper;
-      for (int r = 0; r < 3; ++r) f[r] = at.direction[r] * stretch;
-      add(f, a, b, d_y);
+      lanes(k_y[a].x) += k_sum[0], lanes(k_y[a].y) += k_sum[1], lanes(k_y[a].z) += k_sum[2];
+      if (!together) lanes(d_y[a].x) += d_sum[0], lanes(d_y[a].y) += d_sum[1], lanes(d_y[a].z) += d_sum[2];
     }
   }
 
  private:
-  PALPATE_INLINE static void add(const ColumnLanes (&f)[3], std::uint32_t a, std::uint32_t b, NodeLanes* to) {
-    lanes(to[a].x) += f[0], lanes(to[a].y) += f[1], lanes(to[a].z) += f[2];
-    lanes(to[b].x) -= f[0], lanes(to[b].y) -= f[1], lanes(to[b].z) -= f[2];
+  PALPATE_INLINE static void move(const ColumnLanes (&f)[3], NodeLanes& from, ColumnLanes (&sum)[3]) {
+    lanes(from.x) -= f[0], lanes(from.y) -= f[1], lanes(from.z) -= f[2];
+    for (int r = 0; r < 3; ++r) sum[r] += f[r];
   }
 };
 
