@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "bench/measure/session.hpp"
+#include "bench/measure/session_metrics.hpp"
 #include "bindings/python/arrays.hpp"
 #include "bindings/python/module.hpp"
 #include "common/io/mapped_file.hpp"
@@ -74,20 +75,42 @@ std::vector<Motion> motions(const Recording& recording, const std::string& stati
   return motions_of(recording.session(), static_cast<std::size_t>(&first - recording.session().hands.data()), recording.name());
 }
 
+py::dict metrics_of(const RecordedHand& hand, double threshold_n) {
+  if (!(threshold_n > 0)) throw InputError("threshold_n", "is " + std::to_string(threshold_n), "a force above 0 N");
+  const SessionMetrics metrics = session_metrics(*hand.hand, threshold_n);
+  py::dict dict;
+  dict["duration_s"] = metrics.duration_s;
+  dict["contact_s"] = metrics.contact_s;
+  dict["contacts"] = metrics.contacts;
+  dict["force_peak_n"] = metrics.force_peak_n;
+  dict["force_mean_n"] = metrics.force_mean_n;
+  dict["over_s"] = metrics.over_s;
+  dict["overs"] = metrics.overs;
+  dict["path_m"] = metrics.path_m;
+  dict["speed_mean_m_s"] = metrics.speed_mean_m_s;
+  dict["sparc"] = metrics.sparc;
+  return dict;
+}
+
 }  // namespace
 
 void add_recording(py::module_& module) {
-  py::class_<RecordedHand>(
+  py::class_<RecordedHand> hand(
       module, "RecordedHand",
-      "Motion and force of one hand; times are seconds since the beginning of the recording. Arrays are views.")
-      .def_property_readonly(
-          "name", [](const RecordedHand& hand) { return hand.hand->name; }, "Name of the station.")
+      "Motion and force of one hand; times are seconds since the beginning of the recording. Arrays are views.");
+  hand.def_property_readonly(
+          "name", [](const RecordedHand& h) { return h.hand->name; }, "Name of the station.")
       .def_property_readonly("t_s", series(&SessionHand::path, &MotionPoint::t_s), "Times of the positions, (n,) [s].")
       .def_property_readonly("positions", series(&SessionHand::path, &MotionPoint::position),
                              "Positions of the tool, (n, 3) [m].")
       .def_property_readonly("force_t_s", series(&SessionHand::forces, &SessionForce::t_s), "Times of the forces, (m,) [s].")
       .def_property_readonly("forces", series(&SessionHand::forces, &SessionForce::force), "Forces on the tool, (m, 3) [N].")
       .def_property_readonly("contact", series(&SessionHand::forces, &SessionForce::contact), "Contact at these times, (m,).");
+
+  hand.def("metrics", &metrics_of, py::arg("threshold_n") = 3.0,
+           "Figures of training assessments (bench/measure/session_metrics.hpp): duration_s, contact_s, contacts, force_peak_n,\n"
+           "force_mean_n, over_s and overs (above threshold_n), path_m, speed_mean_m_s, and sparc, the smoothness. Raises "
+           "InputError.");
 
   py::class_<Recording, Held>(
       module, "Recording",

@@ -63,6 +63,22 @@ py::object replayed(const Scene& scene, const py::object& motion, const std::str
   return py::cast(replay_all(scene, several, options));
 }
 
+py::dict compared(const Positions& felt, const Positions& reference, std::size_t skip) {
+  const std::span<const Vec3> f = positions_of(felt, "felt"), r = positions_of(reference, "reference");
+  if (f.size() != r.size() || f.size() <= skip)
+    throw InputError("felt", "has " + std::to_string(f.size()) + " forces",
+                     "as many as reference, which has " + std::to_string(r.size()) + ", and more than skip");
+  const Fidelity fidelity = compare(f, r, skip);
+  py::dict dict;
+  dict["snr_db"] = fidelity.snr_db;
+  dict["rel_rms"] = fidelity.rel_rms;
+  dict["p95_error"] = fidelity.p95_rel_error;
+  dict["force_step_max_n"] = fidelity.force_step_max_n;
+  dict["lag_ms"] = fidelity.lag_ms;
+  dict["contact_ticks"] = fidelity.contact_ticks;
+  return dict;
+}
+
 template <class Number>
 auto of_ticks(Number ReplayTick::*member) {
   return [member](py::object self) {
@@ -127,6 +143,12 @@ void add_replay(py::module_& module) {
       .def_readonly("patch_states", &ReplayResult::patch_states, "States of the last patch.")
       .def_readonly("patch_ms", &ReplayResult::patch_build_ms_mean,
                     "Processor time for a patch on this machine [ms]; the one figure that differs between runs.");
+
+  module.def(
+      "compare", &compared, py::arg("felt"), py::arg("reference"), py::kw_only(), py::arg("skip") = kSkipTicks,
+      "Measures a force against a reference, both (n, 3) [N] with a row a millisecond; the first skip rows are left out.\n\n"
+      "Returns snr_db, rel_rms, p95_error, force_step_max_n [N], lag_ms and contact_ticks, as bench/fidelity/metrics.hpp\n"
+      "defines them. Raises InputError unless the two are of one length.");
 
   const ReplayOptions usual;
   module.def(

@@ -72,6 +72,10 @@ def check_session():
     deepest = hand.positions[:, 2].max() - client.home[2]
     assert abs(deepest - 0.01) < 1e-6, deepest
     assert hand.forces[:, 2].min() < -0.1 and hand.contact.any()
+    metrics = hand.metrics(threshold_n=0.2)
+    assert metrics["force_peak_n"] == np.linalg.norm(hand.forces, axis=1).max() and metrics["overs"] >= 1, metrics
+    assert abs(metrics["duration_s"] - np.ptp(hand.t_s)) < 1e-9 and 0.02 < metrics["path_m"] < 0.06, metrics
+    assert "threshold_n" in raised(palpate.InputError, lambda: hand.metrics(0))
     assert palpate.Scene.from_json(recording.scene_json).name == "cube6"
     assert recording.shape_at(recording.duration_s).shape[1] == 3 and recording.triangles.max() < len(recording.shape_at(recording.duration_s))
     assert recording.shape_at(-1) is None

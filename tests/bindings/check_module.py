@@ -67,6 +67,9 @@ def check_replay(scene):
     snr_db = 10 * np.log10(np.sum((reference - reference.mean(axis=0)) ** 2) / error)
     assert abs(snr_db - one.snr_db) < 1e-9 * abs(snr_db), (snr_db, one.snr_db)
     assert abs(np.sqrt(error / np.sum(reference**2)) - one.rel_rms) < 1e-12
+    measured = palpate.compare(one.felt, one.reference)
+    assert measured["snr_db"] == one.snr_db and measured["lag_ms"] == one.lag_ms and measured["contact_ticks"] == one.contact_ticks
+    expect(palpate.InputError, "as many as reference", lambda: palpate.compare(one.felt, one.reference[1:]))
     assert len(one.felt) == len(motion.path()) and one.patches > 10
     reference = palpate.Reference(scene, motion)
     same_bits(reference.force, one.reference)

@@ -24,6 +24,7 @@ from ._palpate import (
     ViewedTool,
     Viewer,
     __version__,
+    compare,
     replay,
 )
 
@@ -47,6 +48,7 @@ __all__ = [
     "ViewedTool",
     "Viewer",
     "accuracy",
+    "compare",
     "replay",
 ]
 
