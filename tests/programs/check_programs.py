@@ -38,7 +38,8 @@ class Room:
 
 
 def check_helps(programs):
-    for name in ("palpate-server", "palpate-client", "palpate-view", "palpate-relay"):
+    web = ("palpate-web",) if (programs / "palpate-web").exists() else ()
+    for name in ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", *web):
         done = run(programs, name, "--help")
         assert done.returncode == 0 and "->" not in done.stdout, f"{name} --help: {done.stdout}"
         assert not re.search(r"\b(TEXT|FLOAT|UINT|INT)\b", done.stdout) and f"Example:\n  {name}" in done.stdout, done.stdout
@@ -131,6 +132,30 @@ def check_far_grasp(programs, room, work):
     assert done.returncode == 2 and "(500.0, 500.0, 500.0) mm" in done.stderr and "a start within 50 mm of (" in done.stderr, done.stderr
 
 
+def check_page_refusals(programs, scenes, work):
+    """A page is not opened to others by mistake, and what it cannot show is said in one line."""
+    if not (programs / "palpate-web").exists():
+        return
+    open_to_all, short, good = work / "open", work / "short", work / "good"
+    for file, mode, text in ((open_to_all, 0o644, "a password\n"), (short, 0o600, "short\n"), (good, 0o600, "a password\n")):
+        file.write_text(text)
+        file.chmod(mode)
+    server = ("--server", "127.0.0.1:9")
+    for arguments, words in ((server + ("--listen", "0.0.0.0:0"), "there is no password"),
+                             (server + ("--password", open_to_all), "chmod"),
+                             (server + ("--password", short), "8 to 256 bytes"),
+                             (server + ("--listen", "127.0.0.1:80800"), "a port from 0 to 65535"),
+                             ((), "are both missing"),
+                             (server + ("--recording", "it.rec"), "are both given"),
+                             (("--recording", "it.rec", "--key", "it.key"), "together with --recording"),
+                             (("--recording", work / "nothing"), "nothing"),
+                             (("--recording", scenes / "cube6.json"), "recording")):
+        done = run(programs, "palpate-web", *arguments)
+        assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1, (arguments, done.returncode, done.stderr)
+    done = run(programs, "palpate-web", *server, "--listen", "0.0.0.0:0", "--password", good, "--duration-s", "0.1")
+    assert done.returncode == 0 and "http://0.0.0.0:" in done.stdout, done
+
+
 def check_odd_files(programs, scenes, work):
     """Files that wait or never end are refused or can be ended, and what is printed into a full disk is no success."""
     for program, *flags in (("palpate-client", "--server", "127.0.0.1:9", "--motion", "/dev/zero"),
@@ -168,6 +193,7 @@ def main():
             check_two_devices(programs, room, work)
         assert (work / "not" / "there" / "session.rec").stat().st_size > 0
         check_odd_files(programs, scenes, work)
+        check_page_refusals(programs, scenes, work)
         with Room(programs, scenes / "cube6.json", work / "grasp.rec") as room:
             check_far_grasp(programs, room, work)
 

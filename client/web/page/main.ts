@@ -201,6 +201,7 @@ function showFigures(): void {
   figuresDue = false;
   const tools = shape?.tools ?? [];
   const names = [...new Set([...tools.map((tool) => tool.station), ...room.stations.map((station) => station.name)])];
+  names.sort((a, b) => marks.placeOf(a) - marks.placeOf(b));
   const list = element("stations");
   if (names.length === 0) {
     const nobody = document.createElement("p");

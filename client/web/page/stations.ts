@@ -22,10 +22,14 @@ export class Marks {
   private order: string[] = [];
   constructor(private readonly colors: string[]) {}
 
-  /** Places of stations: they stay while the page is open, whoever else comes and goes. */
+  /** A station's place: it stays while the page is open, whoever else comes and goes. */
+  placeOf(station: string): number {
+    const place = this.order.indexOf(station);
+    return place < 0 ? this.order.push(station) - 1 : place;
+  }
+
   of(station: string): Mark {
-    let place = this.order.indexOf(station);
-    if (place < 0) place = this.order.push(station) - 1;
+    const place = this.placeOf(station);
     return {
       color: this.colors[place % this.colors.length],
       path: SHAPES[place % SHAPES.length],
