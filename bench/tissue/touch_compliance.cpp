@@ -3,17 +3,11 @@
 #include <algorithm>
 
 #include "server/body/dynamics.hpp"
-#include "server/body/settle.hpp"
 #include "server/body/skin.hpp"
+#include "server/body/surface_stiffness.hpp"
 #include "server/body/touch_places.hpp"
-#include "server/solve/linear_solver.hpp"
 
 namespace palpate {
-namespace {
-
-constexpr double kTolerance = 1e-6;
-
-}  // namespace
 
 std::vector<PushedPlace> compared_places(const Scene& scene, double held_below_m, const Vec3& first, std::size_t count) {
   double top_m = held_below_m;
@@ -31,27 +25,13 @@ std::vector<PushedPlace> compared_places(const Scene& scene, double held_below_m
 }
 
 std::vector<double> touch_compliances(const Scene& scene, std::span<const PushedPlace> places) {
-  const LumpedBody& body = scene.body;
-  if (std::ranges::none_of(body.fixed, [](std::uint8_t held) { return held != 0; })) return {};
-  const Dynamics dynamics(body);
-  const Skin skin(body, scene.tool.radius_m);
-  const BodyState still = settled_state(dynamics, scene.name);
-  BlockMatrix stiffness = dynamics.make_matrix();
-  dynamics.assemble(still, 0, 0, 1, body.fixed, true, stiffness);
-  LinearSolver solver(dynamics.nodes());
-  if (!solver.factorise(stiffness)) return {};
-  std::vector<double> compliances;
-  Vector push(still.x.size()), moved(still.x.size());
-  for (const auto& [place, outward] : places) {
-    const Skin::Weights weights = skin.weights(nearest_point(skin.view(), skin.place(still.x), place).point);
-    push.setZero();
-    moved.setZero();
-    scatter(weights, outward, push);
-    mask(body.fixed, push);
-    if (!solver.solve(push, kTolerance, moved).positive_definite) return {};
-    compliances.push_back(gather(weights, moved).dot(outward));
-    if (!(compliances.back() > 0)) return {};
+  std::vector<Vec3> at, outward;
+  for (const PushedPlace& pushed : places) {
+    at.push_back(pushed.place);
+    outward.push_back(pushed.outward);
   }
+  std::vector<double> compliances;
+  for (const SurfaceStiffness& found : finger_stiffnesses(scene, at, outward)) compliances.push_back(1 / found.stiffness_n_m);
   return compliances;
 }
 

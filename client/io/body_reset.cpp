@@ -31,7 +31,9 @@ std::string reset_body(const std::string& server, const std::string& station, co
   const ClientStatus status = client.status();
   client.stop();
   if (done) return {};
-  return status.refusal.empty() ? no_answer_text(server, status, keys.has_value()) : "refused: " + status.refusal;
+  if (!status.refusal.empty()) return "refused: " + status.refusal;
+  if (status.link == LinkState::joined) return "the server, which answers, resets a body a few times a minute at most";
+  return no_answer_text(server, status, keys.has_value());
 }
 
 }  // namespace palpate

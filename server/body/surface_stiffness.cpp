@@ -1,6 +1,7 @@
 #include "server/body/surface_stiffness.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "server/body/dynamics.hpp"
 #include "server/body/settle.hpp"
@@ -33,7 +34,8 @@ std::optional<SurfaceStiffness> finger_stiffness(const Scene& scene, const Vec3&
   return found.empty() ? std::nullopt : std::optional(found.front());
 }
 
-std::vector<SurfaceStiffness> finger_stiffnesses(const Scene& scene, std::span<const Vec3> tools) {
+std::vector<SurfaceStiffness> finger_stiffnesses(const Scene& scene, std::span<const Vec3> tools, std::span<const Vec3> outward) {
+  assert(outward.empty() || outward.size() == tools.size());
   const LumpedBody& body = scene.body;
   if (std::none_of(body.fixed.begin(), body.fixed.end(), [](std::uint8_t held) { return held != 0; })) return {};
   const Dynamics dynamics(body);
@@ -47,8 +49,9 @@ std::vector<SurfaceStiffness> finger_stiffnesses(const Scene& scene, std::span<c
   if (!solver.factorise(stiffness)) return {};
   std::vector<SurfaceStiffness> found;
   Vector push(still.x.size()), moved(still.x.size());
-  for (const Vec3& tool : tools) {
-    const Port port = port_of(scene, skin, still.x, tool);
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    Port port = port_of(scene, skin, still.x, tools[k]);
+    if (!outward.empty()) port.outward = outward[k];
     push.setZero();
     moved.setZero();
     scatter(port.weights, port.outward, push);

@@ -24,7 +24,9 @@ struct SurfaceStiffness {
 /// Returns the stiffness at the point of the surface nearest to `tool`; for a scene with `attach` at its node. Returns none if no
 /// node is fixed, or if the body has no significant stiffness.
 std::optional<SurfaceStiffness> finger_stiffness(const Scene& scene, const Vec3& tool);
-/// Returns the same at several places: one entry each, or an empty vector.
-std::vector<SurfaceStiffness> finger_stiffnesses(const Scene& scene, std::span<const Vec3> tools);
+/// Returns the same at several places: one entry each, or an empty vector. `outward`: unit vectors against which the finger
+/// pushes, one for each place, instead of the surface's own normals.
+std::vector<SurfaceStiffness> finger_stiffnesses(const Scene& scene, std::span<const Vec3> tools,
+                                                 std::span<const Vec3> outward = {});
 
 }  // namespace palpate

@@ -121,6 +121,17 @@ def check_hang_up(programs, scenes, scene, work):
         end(server)
 
 
+def check_resets(programs, scene):
+    """Who resets more often than a room permits is told that, and not that nobody answers."""
+    with Server(programs, scene) as server:
+        for _ in range(8):
+            done = run(programs, "palpate-client", "--server", server.address, "--reset")
+            if done.returncode != 0:
+                break
+        assert done.returncode == 1 and "resets a body a few times a minute at most" in done.stderr, done.stdout + done.stderr
+        end(server)
+
+
 def check_touch(programs, scenes, server, work, keys):
     done = hand(programs, scenes, server.address, work / "felt", "--key", keys["station"])
     assert done.returncode == 0, done.stderr
@@ -258,6 +269,7 @@ def main():
         scene = scenes / "touch-cube.json"
         check_listening(programs, scene, work)
         check_hang_up(programs, scenes, scene, work)
+        check_resets(programs, scene)
         keys = {name: work / f"{name}.key" for name in ("site", "station", "stranger", "misled", "issuer", "onlooker")}
         keys["public"] = key(programs, "new", keys["site"])
         station = key(programs, "new", keys["station"], "--trust", keys["public"])
