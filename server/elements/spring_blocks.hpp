@@ -1,4 +1,4 @@
-// All springs of a body in single precision, sixteen side by side: the force of spring_kernel.hpp for bodies whose nodes are
+// All springs of a body in single precision, sixteen side by side: the force of element_loops.hpp for bodies whose nodes are
 // numbered plane by plane, as those of a lattice are.
 //
 // Sixteen consecutive nodes are a block. Springs from them to nodes at one offset in the numbering form a group: lane i joins
