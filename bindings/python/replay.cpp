@@ -53,7 +53,7 @@ py::object replayed(const Scene& scene, const py::object& motion, const std::str
   options.seed = seed;
   options.compute = from_seconds(in_range(compute_ms, "compute_ms", 0, 10'000) * 1e-3);
   options.simulated_device = simulated_device;
-  options.reference = reference ? &reference->forces : nullptr;
+  if (reference) options.references = {&reference->forces, 1};
   if (py::isinstance<Motion>(motion)) {
     const Motion& one = motion.cast<const Motion&>();
     return py::cast(std::move(replay_all(scene, std::span(&one, 1), options).front()));
