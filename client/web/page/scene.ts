@@ -17,7 +17,7 @@ const AZIMUTH = -0.95;
 const ELEVATION = 0.62;
 const UP = new THREE.Vector3(0, 0, 1);
 const SLOW_MS = 150; // time from a picture to the next at which the machine is too slow for this quality
-const SLOW_PICTURES = 4;
+const SLOW_MOST = 8; // times SLOW_MS, over successive pictures, of which one counts for four at most
 
 const LIGHT = { key: 2.1, rim: 0.9, sky: 0xdfe6ee, ground: 0xa89e96, ambient: 1.9, shadow: 0.26 };
 const DARK = { key: 2.1, rim: 1.1, sky: 0xaab6c8, ground: 0x4a4646, ambient: 1.35, shadow: 0.55 };
@@ -360,8 +360,9 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying f
 
   /** Draws when something has changed since. Returns true if it did. */
   draw(now: number): boolean {
-    if (this.drawnAt > 0) this.slow = now - this.drawnAt > SLOW_MS ? this.slow + 1 : 0;
-    if (this.slow >= SLOW_PICTURES && this.quality > 0) {
+    const times = this.drawnAt > 0 ? Math.floor((now - this.drawnAt) / SLOW_MS) : 0;
+    this.slow = times > 0 ? this.slow + Math.min(times, 4) : 0;
+    if (this.slow >= SLOW_MOST && this.quality > 0) {
       this.slow = 0;
       --this.quality;
       this.renderer.shadowMap.enabled = this.sun.castShadow = this.floor.visible = false;
