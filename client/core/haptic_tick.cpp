@@ -56,6 +56,7 @@ void HapticTick::restart() noexcept {
   gain_ = 0;
   fade_offset_ = Vec3::Zero();
   fade_left_ = 0;
+  damper_.restart();
 }
 
 /// Restarts after a gap. A patch that is too old by then is discarded: its prediction for the gap is worthless, and there is no
@@ -131,6 +132,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   softening_ = share_of(next.patch());
   const Vec3 after = softening_ * next.advance(now).force, step = before - after;
   player_ = next;
+  damper_.play(next.patch());
   if (has_player_) {
     fade_offset_ = step;
     fade_left_ = cross_fade_ticks(step.norm(), after.norm());
@@ -148,8 +150,8 @@ Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
   return force;
 }
 
-/// Returns the player's force after cross-fade and fade.
-Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept {
+/// Returns the force of player and damper after cross-fade and fade.
+Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& out) noexcept {
   const Patch& patch = player_.patch();
   out.has_patch = true;
   out.contact = player_.output().contact;
@@ -161,6 +163,7 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, TickOutput& out) noexcept
     fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
     --fade_left_;
   }
+  force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s);
   out.outlived = out.patch_age > valid_for() || sample.t.count() > server_until_us_.load(std::memory_order_acquire);
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
   const double target = good ? 1.0 : 0.0;
@@ -200,7 +203,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
     if (const Micros renewed = std::min(renewed_to(), player_.patch().stamp + kRenewedMost); renewed > stamp_)
       renew(renewed, sample.t);
   recent_.add(sample);
-  if (has_player_) environment_ = patch_force(sample, out);
+  if (has_player_) environment_ = patch_force(sample, seconds(std::max(passed, Micros{1})), out);
   out.model_force = coupled ? coupling_force : environment_;
   out.force = guard_.pass(out.model_force, device_, seconds(passed));
   return out;

@@ -14,6 +14,8 @@
 // Beyond any of these the patch fades like one that is too old. After a gap of more than Guard::kGapMaxS between ticks, and after
 // restart(), the force begins at zero, and a patch that has become too old meanwhile is discarded.
 //
+// Where other tools touch the body, a damper is added to the patch's force (hands_damper.hpp).
+//
 // Where the device can render a stiffness of k_max and the patch has more, k (stiffness_of_port), the force is scaled by k_max /
 // k: a passive force times a constant is passive.
 //
@@ -23,6 +25,7 @@
 
 #include <atomic>
 
+#include "client/core/hands_damper.hpp"
 #include "client/core/tool_hold.hpp"
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
@@ -114,7 +117,7 @@ class HapticTick {
   static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
   Vec3 couple_to_tool(ToolSample& sample, double dt_s) noexcept;
-  Vec3 patch_force(const ToolSample& sample, TickOutput& out) noexcept;
+  Vec3 patch_force(const ToolSample& sample, double dt_s, TickOutput& out) noexcept;
 
   LatestSlot<PatchPlayer>& patches_;
   SampleRing& samples_;
@@ -131,6 +134,7 @@ class HapticTick {
   Vec3 fade_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;
+  HandsDamper damper_;
   double age_mean_us_ = 0, age_deviation_us_ = 0;
   std::atomic<std::int64_t> horizon_us_{0}, renewed_to_us_{Micros::min().count()}, server_until_us_{Micros::max().count()};
   std::atomic<std::uint32_t> late_ticks_{0};

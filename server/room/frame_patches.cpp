@@ -68,7 +68,7 @@ void FramePatches::begin_model(const FrameJob& job, Micros mean_horizon) {
     tools.push_back(body_->tool(k, job.target));
     // A patch's forces are linearised about the velocity that the body felt.
     if (ports[k].kind == ContactKind::attach) tools[k].velocity = at_node(body_->state().v, ports[k].node);
-    hands.push_back(body_->hand_motion(k));
+    hands.push_back(body_->predictable_motion(k));
   }
   frame_model_.begin(body_->state(), ports, tools, mean_horizon);
   frame_model_.set_hands(std::move(hands));

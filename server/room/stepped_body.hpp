@@ -15,6 +15,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/player/predictability.hpp"
 #include "server/body/settle.hpp"
 #include "server/body/stillness.hpp"
 #include "server/dynamics/integrator_selection.hpp"
@@ -29,6 +30,8 @@ class SteppedBody {
  public:
   struct StationTool {
     ToolTrack track;
+    Predictability past;  ///< of its path up to `noted`
+    Micros noted{};
     FadingVector grasp;  ///< from the tool to its node
     std::optional<ReleaseFade> let_go;
   };
@@ -69,6 +72,9 @@ class SteppedBody {
   /// Returns the motion of the hand at tool k, from the parabola through its positions now and 30 and 60 ms ago; without samples
   /// that old, its velocity alone.
   HandMotion hand_motion(std::size_t k) const;
+  /// Returns the share of it that the hand's own past shows to be predictable (predictability.hpp): the motion that the other
+  /// stations' patches expect.
+  HandMotion predictable_motion(std::size_t k) const;
   /// Returns the nearest point of the surface to `tool`, if it is nearer than `far_m`.
   std::optional<NearestPoint> nearest_within(const Vec3& tool, double far_m) const;
 
@@ -76,6 +82,7 @@ class SteppedBody {
   static constexpr Micros kOff{1'000'000};
   static ToolAt tool_at(const StationTool& tool, Micros t) { return moved_by(tool.track.at(t), tool.grasp, t); }
   void take_samples(const FrameJob& job);
+  void note_past(StationTool& tool, Micros horizon) const;
   void sync_ports(const FrameJob& job);
   void reset();
   void leave_out_until(Micros begin);

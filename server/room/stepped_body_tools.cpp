@@ -15,11 +15,20 @@ void SteppedBody::take_samples(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     StationTool& tool = tools_[j.id];
     tool.track.add(j.samples, time());
+    note_past(tool, j.horizon);
     tool.track.forget_before(time() - kTrackKept);
   }
   std::erase_if(tools_, [&](const auto& entry) {
     return std::none_of(job.stations.begin(), job.stations.end(), [&](const StationJob& j) { return j.id == entry.first; });
   });
+}
+
+/// Notes the path of a tool up to body time.
+void SteppedBody::note_past(StationTool& tool, Micros horizon) const {
+  if (tool.track.empty()) return;
+  tool.noted = std::max(tool.noted, tool.track.begin());
+  for (; tool.noted <= time(); tool.noted += Predictability::kEvery)
+    tool.past.add(tool.track.on_path(tool.noted).position, seconds(horizon));
 }
 
 void SteppedBody::sync_ports(const FrameJob& job) {
@@ -74,6 +83,12 @@ HandMotion SteppedBody::hand_motion(std::size_t k) const {
   const Vec3 acceleration = (here - 2 * before + first) / (step_s * step_s);
   return {(3 * here - 4 * before + first) / (2 * step_s),
           acceleration / std::max(1.0, acceleration.norm() / kHandAccelerationMostMs2)};
+}
+
+HandMotion SteppedBody::predictable_motion(std::size_t k) const {
+  const HandMotion motion = hand_motion(k);
+  const double share = tools_.at(port_owner_[k]).past.share();
+  return {share * motion.velocity, share * motion.acceleration};
 }
 
 /// Resets the body to rest while hands are on it, without a step in any hand's force.

@@ -95,6 +95,20 @@ TEST_CASE("A force that is cut because no patch came, or none yet, is a blow to 
   CHECK(measure(p).verdict.fault != LoopFault::none);
 }
 
+TEST_CASE("Two hands 30 mm apart come to rest on one body, with equal and unequal delays, and firm ones at one place") {
+  std::vector<StabilityPoint> points = hands_points({{Scheme::port}, 180.1, true, 1});
+  std::erase_if(points,
+                [](const StabilityPoint& p) { return p.hands > 2 || (p.apart_mm != 30 && p.hand != "firm") || p.jitter_ms > 0; });
+  REQUIRE(points.size() == 6);
+  for (const StabilityPoint& p : points) {
+    CAPTURE(p.hand, name_of(p.gesture), p.stiffness_n_m, p.rate_hz, p.rtt_ms, p.others_rtt_ms, p.apart_mm, p.jitter_ms, p.seed);
+    const StabilityResult result = measure(p);
+    CHECK(result.verdict.fault == LoopFault::none);
+    CHECK(result.loops.size() == 2);
+    CHECK(result.step_max_n > 0);
+  }
+}
+
 TEST_CASE("The plan of several hands has every point once, and all within what is swept") {
   const std::vector<StabilityPoint> points = hands_points({{Scheme::port, Scheme::hyper}, 120, false, 1});
   for (std::size_t i = 0; i < points.size(); ++i) {

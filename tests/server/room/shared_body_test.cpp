@@ -1,0 +1,57 @@
+// What the patches of the other stations expect of a hand: its motion as far as its own past shows it to be predictable.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+
+#include "server/room/stepped_body.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr Micros kSharedFrame{50'000}, kExpectedAge{100'000};
+
+/// Body with one hand above it, two seconds into a motion.
+class WatchedHand {
+ public:
+  explicit WatchedHand(const std::function<Vec3(double t_s)>& motion)
+      : body_(load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/touch-cube.json")) {
+    const Vec3 home = home_of(body_.scene());
+    Micros now{1'000'000};
+    body_.start(now);
+    for (int frame = 0; frame < 40; ++frame) {
+      StationJob station;
+      station.id = 1;
+      station.scheme = Scheme::port;
+      station.horizon = kExpectedAge;
+      for (Micros t = now; t <= now + kSharedFrame; t += Micros{1000}) station.samples.push_back({t, home + motion(seconds(t))});
+      FrameJob job;
+      job.begin = now;
+      job.target = now += kSharedFrame;
+      job.frame = kSharedFrame;
+      job.stations.push_back(station);
+      body_.step(job);
+    }
+  }
+  HandMotion hand() const { return body_.hand_motion(0); }
+  HandMotion expected() const { return body_.predictable_motion(0); }
+
+ private:
+  SteppedBody body_;
+};
+
+}  // namespace
+
+TEST_CASE("A hand that moves steadily is expected to move on, one that circles within a patch's age is not") {
+  const WatchedHand steady([](double t_s) { return Vec3(0.01 * t_s, 0, 0); });
+  CHECK(steady.hand().velocity.norm() == Approx(0.01).epsilon(1e-6));
+  CHECK((steady.expected().velocity - steady.hand().velocity).norm() < 1e-5);
+  Predictability path;
+  const auto circle = [](double t_s) { return Vec3(0.003 * std::cos(25 * t_s), 0.003 * std::sin(25 * t_s), 0); };
+  for (int k = 0; k < 200; ++k) path.add(circle(0.01 * k), seconds(kExpectedAge));
+  const WatchedHand swings(circle);
+  CHECK(path.share() < 0.4);
+  CHECK((swings.expected().velocity - path.share() * swings.hand().velocity).norm() < 1e-3 * swings.hand().velocity.norm());
+  CHECK((swings.expected().acceleration - path.share() * swings.hand().acceleration).norm() <
+        1e-3 * swings.hand().acceleration.norm());
+}
