@@ -51,8 +51,9 @@ std::vector<double> crossings(const StateSpace& y, double gamma) {
   h.bottomLeftCorner(n, n) = -(y.c.transpose() * (y.c + y.d0 * inverse.solve(y.d0.transpose() * y.c))) / gamma;
   h.bottomRightCorner(n, n) = -a.transpose();
   const Eigen::VectorXcd values = h.eigenvalues();
-  // Rounding moves a pair that is about to leave the axis by its square root.
-  constexpr double kOnAxis = 1e-6;
+  // Rounding moves a pair that is about to leave the axis by its square root, and those of a model beside the system that it
+  // resembles further. A frequency too many costs one evaluation of the gain, one too few ends the search below the norm.
+  constexpr double kOnAxis = 1e-4;
   std::vector<double> omega;
   for (const Complex& value : values)
     if (value.imag() >= 0 && std::abs(value.real()) <= kOnAxis * std::abs(value)) omega.push_back(value.imag());

@@ -9,6 +9,9 @@ namespace {
 
 constexpr double kFreeMode1S2 = 1e-9;  // a mode softer than that moves freely
 
+/// Share of the bound that is used: hands damp as well. Measured (docs/decisions/0072-several-hands-stay-calm.md).
+constexpr double kBoundShare = 0.7;
+
 /// R^T n of a contact.
 using Normal = ModeVector;
 
@@ -54,7 +57,7 @@ Vec3 HandsDamper::tick(const Vec3& position, bool touches, double age_s, double 
   before_ = position;
   moves_ = true;
   velocity_ += dt_s / (kFilterS + dt_s) * (velocity - velocity_);
-  const double wanted = std::min((1 - past_.share()) * age_s * stiffness_n_m_, kMostNSM);
+  const double wanted = std::min(kBoundShare * (1 - past_.share()) * age_s * stiffness_n_m_, kMostNSM);
   damping_n_s_m_ += dt_s / (kFollowS + dt_s) * (wanted - damping_n_s_m_);
   return touches ? Vec3(-damping_n_s_m_ * velocity_) : Vec3::Zero();
 }

@@ -10,7 +10,7 @@
 // Trans. Robotics 24, 2008). What a patch predicts of the other hand is not late: the damper is needed for the share 1 - s of the
 // motion alone that prediction misses (predictability.hpp), and hardly felt by a hand that moves smoothly:
 //
-//     F = -b v,    b = min((1 - s) T sum_b K_ab, kMostNSM)
+//     F = -b v,    b = min(0.7 (1 - s) T sum_b K_ab, kMostNSM)
 //
 // T is the age that patches reach. K_ab = c_ab / (c_aa c_bb - c_ab^2) is that of the patch at rest, along the normals n:
 // c_xy = n_x^T R_x K^-1 R_y^T n_y, to which c_xx adds n^T c_static n and 1 / k_c [m/N]. v is low-passed by kFilterS against the
