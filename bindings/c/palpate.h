@@ -1,20 +1,20 @@
 /* Palpate for programs in C, and in every language that calls C: bodies and patches in this process, a station and a viewer at a
  * server. Link with -lpalpate.
  *
- * Units: metres, newtons, seconds; times of bodies in microseconds. Vectors are three doubles x, y, z in frame W; forces act on the
- * tool. Arrays of vectors are x0, y0, z0, x1, ...
+ * Units: metres, newtons, seconds; times of bodies in microseconds. Vectors are three doubles x, y, z in frame W; forces act on
+ * the tool. Arrays of vectors are x0, y0, z0, x1, ...
  *
- * Results: functions that may fail return PALPATE_OK or an error, and then palpate_error() has its text, for this thread, until its
- * next call that fails. No exception leaves the library. A null handle or pointer, where one is needed, is PALPATE_BAD_INPUT.
+ * Results: functions that may fail return PALPATE_OK or an error, and then palpate_error() has its text, for this thread, until
+ * its next call that fails. No exception leaves the library. A null handle or pointer, where one is needed, is PALPATE_BAD_INPUT.
  *
- * Structs begin with their size, which the caller sets to sizeof: a library of another version reads and writes no more than that.
- * Set all other fields of an options struct that you do not use to zero, which is each one's default.
+ * Structs begin with their size, which the caller sets to sizeof: a library of another version reads and writes no more than
+ * that. Set all other fields of an options struct that you do not use to zero, which is each one's default.
  *
- * Memory: a handle is freed by its own _free(), which takes null. Pointers that a function gives belong to the handle and are valid
- * until the call that is named there, or its _free().
+ * Memory: a handle is freed by its own _free(), which takes null. Pointers that a function gives belong to the handle and are
+ * valid until the call that is named there, or its _free().
  *
- * Threads: one handle, one thread at a time; different handles share nothing. palpate_player_tick() and palpate_client_tick() do not
- * allocate, lock or log: they may be called in a loop of 1 kHz.
+ * Threads: one handle, one thread at a time; different handles share nothing. palpate_player_tick() and palpate_client_tick() do
+ * not allocate, lock or log: they may be called in a loop of 1 kHz.
  */
 #ifndef PALPATE_H
 #define PALPATE_H
@@ -40,7 +40,8 @@ const char* palpate_version(void);
 /* Text of this thread's last error; empty before the first. */
 const char* palpate_error(void);
 
-/* --- scenes ------------------------------------------------------------------------------------------------------------------ */
+/* --- scenes ------------------------------------------------------------------------------------------------------------------
+ */
 
 typedef struct palpate_scene palpate_scene;
 
@@ -54,17 +55,18 @@ int palpate_scene_nodes(const palpate_scene* scene, const double** positions, si
 /* Outer surface: *count triangles of three node numbers, counter-clockwise seen from outside. Until _free(). */
 int palpate_scene_triangles(const palpate_scene* scene, const uint32_t** triangles, size_t* count);
 
-/* --- a body and its tools in this process, in virtual time ---------------------------------------------------------------------- */
+/* --- a body and its tools in this process, in virtual time
+ * ---------------------------------------------------------------------- */
 
 typedef struct palpate_body palpate_body;
 
 typedef struct palpate_step_options {
   uint32_t size;
-  int32_t no_patches;   /* not 0: make no patches */
-  const char* scheme;   /* hold, tangent, ring, port or hyper; null: hyper */
-  int32_t order;        /* states of a patch; 0: as the scheme has them */
-  int32_t no_shape;     /* not 0: palpate_body_shape() has nothing */
-  double horizon_s;     /* age up to which a patch predicts the hand; 0: 0.1 s */
+  int32_t no_patches; /* not 0: make no patches */
+  const char* scheme; /* hold, tangent, ring, port or hyper; null: hyper */
+  int32_t order;      /* states of a patch; 0: as the scheme has them */
+  int32_t no_shape;   /* not 0: palpate_body_shape() has nothing */
+  double horizon_s;   /* age up to which a patch predicts the hand; 0: 0.1 s */
 } palpate_step_options;
 
 typedef struct palpate_tool {
@@ -79,9 +81,9 @@ typedef struct palpate_tool {
 /* The body at rest, at time 0. The scene may be freed. */
 int palpate_body_new(const palpate_scene* scene, palpate_body** body);
 void palpate_body_free(palpate_body* body);
-/* Moves `tools` tools of the numbers `ids` (1, 2, ...) and the body by `ticks` milliseconds, 1 to 1000. positions: first all `ticks`
- * positions of the first tool, 1 ms apart, then those of the next. A tool that was not in the last step starts at its first
- * position; one that is missing is removed. options may be null. */
+/* Moves `tools` tools of the numbers `ids` (1, 2, ...) and the body by `ticks` milliseconds, 1 to 1000. positions: first all
+ * `ticks` positions of the first tool, 1 ms apart, then those of the next. A tool that was not in the last step starts at its
+ * first position; one that is missing is removed. options may be null. */
 int palpate_body_step(palpate_body* body, const palpate_step_options* options, size_t tools, const uint32_t* ids, size_t ticks,
                       const double* positions);
 /* The same without tools. */
@@ -95,7 +97,8 @@ int palpate_body_tool(const palpate_body* body, uint32_t id, palpate_tool* tool)
 /* Positions of all nodes at the end of the last step. Until the next step. */
 int palpate_body_shape(const palpate_body* body, const double** positions, size_t* count);
 
-/* --- a patch, a tick at a time ---------------------------------------------------------------------------------------------------- */
+/* --- a patch, a tick at a time
+ * ---------------------------------------------------------------------------------------------------- */
 
 typedef struct palpate_player palpate_player;
 
@@ -105,7 +108,8 @@ void palpate_player_free(palpate_player* player);
 /* Moves the tool to `position`, 1 ms later. A position that is not finite counts as a tool that stands still. */
 int palpate_player_tick(palpate_player* player, const double position[3], double force[3], int32_t* contact);
 
-/* --- a station at a server ------------------------------------------------------------------------------------------------------- */
+/* --- a station at a server
+ * ------------------------------------------------------------------------------------------------------- */
 
 typedef struct palpate_client palpate_client;
 
@@ -124,8 +128,8 @@ typedef struct palpate_client_options {
 
 typedef struct palpate_tick {
   uint32_t size;
-  int32_t contact;    /* 1: the tool touches */
-  int32_t has_patch;  /* 0: no patch has arrived, so there is no force */
+  int32_t contact;   /* 1: the tool touches */
+  int32_t has_patch; /* 0: no patch has arrived, so there is no force */
   int32_t zero;
   double force_n[3];
   double patch_age_s;
@@ -139,11 +143,12 @@ void palpate_client_free(palpate_client* client);
 int palpate_client_wait(palpate_client* client, double most_s);
 /* Start of a tool in this room, after palpate_client_wait(). */
 int palpate_client_home(const palpate_client* client, double home[3]);
-/* The tick of the present millisecond, with the tool at `position`: call it every millisecond. In the millisecond of the last tick it
- * gives that again. A position that is not finite or beyond 10 m counts as a tool that stands still. */
+/* The tick of the present millisecond, with the tool at `position`: call it every millisecond. In the millisecond of the last
+ * tick it gives that again. A position that is not finite or beyond 10 m counts as a tool that stands still. */
 int palpate_client_tick(palpate_client* client, const double position[3], palpate_tick* tick);
 
-/* --- a viewer at a server ---------------------------------------------------------------------------------------------------------- */
+/* --- a viewer at a server
+ * ---------------------------------------------------------------------------------------------------------- */
 
 typedef struct palpate_viewer palpate_viewer;
 

@@ -1,5 +1,5 @@
-/* Presses a body in this process: a frame of the full model every 50 ms, its patch at 1 kHz in between, as a client at a server plays
- * it.
+/* Presses a body in this process: a frame of the full model every 50 ms, its patch at 1 kHz in between, as a client at a server
+ * plays it.
  *
  * usage: press SCENE      cc press.c -lpalpate -o press
  */
@@ -35,7 +35,8 @@ int main(int argc, char** argv) {
       path[tick][0] = home[0];
       path[tick][1] = home[1];
       path[tick][2] = home[2] - 0.03 * (frame * kTicks + tick + 1) / (kFrames * kTicks);
-      if (player) check(palpate_player_tick(player, path[tick], force, NULL)); /* what the hand feels, with the last frame's patch */
+      if (player)
+        check(palpate_player_tick(player, path[tick], force, NULL)); /* what the hand feels, with the last frame's patch */
     }
     check(palpate_body_step(body, NULL, 1, &hand, kTicks, path[0]));
     palpate_tool tool = {.size = sizeof tool};

@@ -1,5 +1,5 @@
-/* A station at a server whose hand is this program, beside a viewer: pulls the grasped node up by 10 mm, and prints what it feels and
- * what the viewer sees.
+/* A station at a server whose hand is this program, beside a viewer: pulls the grasped node up by 10 mm, and prints what it feels
+ * and what the viewer sees.
  *
  * usage: station HOST:PORT      cc station.c -lpalpate -lm -o station
  */
@@ -53,7 +53,8 @@ int main(int argc, char** argv) {
     const double position[3] = {home[0], home[1], home[2] + 0.01 * k / 1000};
     wait_for_next_tick(&due);
     check(palpate_client_tick(client, position, &tick));
-    const double n = sqrt(tick.force_n[0] * tick.force_n[0] + tick.force_n[1] * tick.force_n[1] + tick.force_n[2] * tick.force_n[2]);
+    const double n =
+        sqrt(tick.force_n[0] * tick.force_n[0] + tick.force_n[1] * tick.force_n[1] + tick.force_n[2] * tick.force_n[2]);
     if (n > most_n) most_n = n;
   }
   int32_t shown;
@@ -67,8 +68,8 @@ int main(int argc, char** argv) {
   check(palpate_viewer_shape(viewer, &positions, &vertices));
   check(palpate_viewer_tools(viewer, &tools));
   check(palpate_viewer_tool(viewer, 0, &tool, &station));
-  printf("felt at most %.2f N; %zu triangles over %zu vertices; %zu tool, \"%s\", %.1f mm above its start\n", most_n, triangles, vertices,
-         tools, station, 1e3 * (tool.position_m[2] - home[2]));
+  printf("felt at most %.2f N; %zu triangles over %zu vertices; %zu tool, \"%s\", %.1f mm above its start\n", most_n, triangles,
+         vertices, tools, station, 1e3 * (tool.position_m[2] - home[2]));
   palpate_viewer_free(viewer);
   palpate_client_free(client);
   return shown ? 0 : 1;

@@ -8,12 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EXPECT(condition)                                                                         \
-  do {                                                                                            \
-    if (!(condition)) {                                                                           \
+#define EXPECT(condition)                                                                   \
+  do {                                                                                      \
+    if (!(condition)) {                                                                     \
       fprintf(stderr, "%s:%d: %s (%s)\n", __FILE__, __LINE__, #condition, palpate_error()); \
-      exit(1);                                                                                    \
-    }                                                                                             \
+      exit(1);                                                                              \
+    }                                                                                       \
   } while (0)
 
 /* Allocations of this thread while `counting`: these functions stand before the C library's, for libpalpate.so too. */
@@ -105,17 +105,21 @@ static palpate_body* press(const char* scene_file, const char* folder) {
 
 static void errors(palpate_body* body, const char* scene_file) {
   palpate_scene* scene;
-  EXPECT(palpate_scene_open("/no/such/scene.json", &scene) == PALPATE_BAD_INPUT && strstr(palpate_error(), "/no/such/scene.json"));
-  EXPECT(palpate_scene_open(NULL, &scene) == PALPATE_BAD_INPUT && strcmp(palpate_error(), "file: is null; expected a pointer") == 0);
+  EXPECT(palpate_scene_open("/no/such/scene.json", &scene) == PALPATE_BAD_INPUT &&
+         strstr(palpate_error(), "/no/such/scene.json"));
+  EXPECT(palpate_scene_open(NULL, &scene) == PALPATE_BAD_INPUT &&
+         strcmp(palpate_error(), "file: is null; expected a pointer") == 0);
   EXPECT(palpate_scene_open(scene_file, NULL) == PALPATE_BAD_INPUT && palpate_scene_nodes(NULL, NULL, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_new(NULL, NULL) == PALPATE_BAD_INPUT && palpate_player_new(NULL, 1, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_client_join(NULL, NULL) == PALPATE_BAD_INPUT && palpate_viewer_join(NULL, NULL) == PALPATE_BAD_INPUT);
-  EXPECT(palpate_client_tick(NULL, NULL, NULL) == PALPATE_BAD_INPUT && palpate_player_tick(NULL, NULL, NULL, NULL) == PALPATE_BAD_INPUT);
+  EXPECT(palpate_client_tick(NULL, NULL, NULL) == PALPATE_BAD_INPUT &&
+         palpate_player_tick(NULL, NULL, NULL, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_step_alone(NULL, 1) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_step_alone(body, 0) == PALPATE_BAD_INPUT && palpate_body_step_alone(body, 1001) == PALPATE_BAD_INPUT);
   const uint32_t hand = 1;
   const double nowhere[3] = {NAN, 0, 0}, here[3] = {0, 0, 0.3};
-  EXPECT(palpate_body_step(body, NULL, 1, &hand, 1, nowhere) == PALPATE_BAD_INPUT && strstr(palpate_error(), "path of tool 1[0]"));
+  EXPECT(palpate_body_step(body, NULL, 1, &hand, 1, nowhere) == PALPATE_BAD_INPUT &&
+         strstr(palpate_error(), "path of tool 1[0]"));
   EXPECT(palpate_body_step(body, NULL, 1, &hand, (size_t)-1, here) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_step(body, NULL, (size_t)-1, &hand, 1, here) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_step(body, NULL, 0, NULL, 1, here) == PALPATE_BAD_INPUT);
@@ -128,7 +132,7 @@ static void errors(palpate_body* body, const char* scene_file) {
 
   palpate_tool tool = {.size = sizeof tool};
   EXPECT(palpate_body_tool(body, 2, &tool) == PALPATE_BAD_INPUT);
-  palpate_tool older;  /* of a version that ended with has_patch */
+  palpate_tool older; /* of a version that ended with has_patch */
   memset(&older, 0x55, sizeof older);
   older.size = offsetof(palpate_tool, position_m);
   EXPECT(palpate_body_tool(body, 1, &older) == PALPATE_OK && older.id == 1 && older.size == offsetof(palpate_tool, position_m));

@@ -81,7 +81,7 @@ TEST_CASE("The stiffness between two tools is that of the flexibility matrix of 
   CHECK(stiffness_between_tools(alone) == 0);
 }
 
-TEST_CASE("A hand that swings beside another is damped by (1 - s) T K, one that moves smoothly or alone is not") {
+TEST_CASE("A hand that swings beside another is damped by 0.7 (1 - s) T K, one that moves smoothly or alone is not") {
   const Patch p = two_tools();
   constexpr double kOmega = 2 * M_PI * 5, kAgeS = 0.1, kDtS = 1e-3;
   HandsDamper damper, alone, smooth;
@@ -98,7 +98,7 @@ TEST_CASE("A hand that swings beside another is damped by (1 - s) T K, one that 
     force = damper.tick(here, true, kAgeS, kDtS);
     worst_alone_n = std::max(worst_alone_n, alone.tick(here, true, kAgeS, kDtS).norm());
   }
-  const double damping = (1 - share_on_circle(kOmega, kAgeS)) * kAgeS * stiffness_between_tools(p);
+  const double damping = 0.7 * (1 - share_on_circle(kOmega, kAgeS)) * kAgeS * stiffness_between_tools(p);
   REQUIRE(damping < HandsDamper::kMostNSM);
   const double part = kDtS / (HandsDamper::kFilterS + kDtS);
   const double passes = part / std::abs(1.0 - (1 - part) * std::exp(std::complex<double>(0, -kOmega * kDtS)));
