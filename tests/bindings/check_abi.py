@@ -5,6 +5,7 @@ usage: check_abi.py SOURCES BUILD WORK             exit 77 without abidiff (Debi
        check_abi.py SOURCES BUILD WORK --record    after an addition: writes the record anew
 """
 
+import os
 import shutil
 import subprocess
 import sys
@@ -18,11 +19,13 @@ if shutil.which("abidiff") is None:
     sys.exit(77)
 library, recorded = places.build / "lib/libpalpate.so", places.sources / "bindings/c/palpate.abi"
 HEADER = places.sources / "bindings/c/palpate.h"
+# The debug information has the header's path as the compiler was given it: absolute, or relative to the build folder where ccache is told of a base folder.
+SPELLINGS = [argument for path in (HEADER, os.path.relpath(HEADER, places.build)) for argument in ("--header-file", path)]
 
 
 def write(file):
-    subprocess.run(["abidw", "--header-file", HEADER, "--drop-private-types", "--exported-interfaces-only", "--no-corpus-path", "--no-comp-dir-path",
-                    "--no-show-locs", "--no-elf-needed", "--no-architecture", library, "--out-file", file], check=True)
+    subprocess.run(["abidw", *SPELLINGS, "--drop-private-types", "--exported-interfaces-only", "--no-corpus-path", "--no-comp-dir-path",
+                    "--no-show-locs", "--no-elf-needed", "--no-architecture", library, "--out-file", file], cwd=places.build, check=True)
     file.write_text(file.read_text().replace(str(places.build) + "/", ""))
 
 
@@ -38,6 +41,7 @@ if record:
     sys.exit(0)
 present = places.work / "present.abi"
 write(present)
+assert "name='palpate_tick' size-in-bits=" in present.read_text(), "the debug information of libpalpate.so has no struct of palpate.h"
 assert differences(recorded, present) == "", differences(recorded, present)
 
 # Planted changes are found: a name that left, a struct that grew, a parameter that is another one.
