@@ -51,7 +51,7 @@ struct ReferenceModel::State {
   void take_up(std::size_t k, Micros now) {
     if (scene.tool.contact == ContactKind::attach) {
       const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node)) - tracks[k].at(now).position;
-      if (let_go[k] && offset.norm() > kGraspReachM) return;
+      if (fade[k] && offset.norm() > kGraspReachM) return;
       grasps[k] = {now, kGraspTime, offset};
     }
     ToolPort port;
@@ -60,7 +60,7 @@ struct ReferenceModel::State {
     port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
     ports.push_back(port);
     tool_of.push_back(k);
-    let_go[k].reset();
+    fade[k].reset();
   }
   const ToolPort* port_of(std::size_t tool) const {
     const auto at = std::find(tool_of.begin(), tool_of.end(), tool);
@@ -74,7 +74,7 @@ struct ReferenceModel::State {
   BodyState body, rest;
   std::vector<ToolTrack> tracks;
   std::vector<FadingVector> grasps;
-  std::vector<std::optional<ReleaseFade>> let_go;
+  std::vector<std::optional<ReleaseFade>> fade;
   std::vector<ToolPort> ports;
   std::vector<std::size_t> tool_of;  // parallel to ports
   std::int64_t ticks = 0;
@@ -86,7 +86,7 @@ ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools) 
   const Micros begin = settle ? -kSettle : Micros{};
   s.tracks.resize(tools.size());
   s.grasps.resize(tools.size());
-  s.let_go.resize(tools.size());
+  s.fade.resize(tools.size());
   for (std::size_t k = 0; k < tools.size(); ++k) {
     s.tracks[k].add(std::vector{ToolSample{begin, tools[k]}});
     s.take_up(k, begin);
@@ -104,7 +104,7 @@ void ReferenceModel::tick(std::span<const Vec3> tools) {
     s.tracks[k].forget_before(now - Micros{10'000});
   }
   for (std::size_t k = 0; k < tools.size(); ++k)
-    if (s.let_go[k] && s.let_go[k]->over(now, s.scene.tool.contact, s.skin, s.body.x, tools[k])) s.take_up(k, now);
+    if (s.fade[k] && s.fade[k]->over(now, s.scene.tool.contact, s.skin, s.body.x, tools[k])) s.take_up(k, now);
   const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.tool_of[port], t_s); };
   if (!s.integrator.advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
     throw std::runtime_error("the reference did not converge " + std::to_string(s.ticks) + " ms into the motion");
@@ -117,7 +117,7 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
   to.body = from.body;
   to.tracks = from.tracks;
   to.grasps = from.grasps;
-  to.let_go = from.let_go;
+  to.fade = from.fade;
   to.ports = from.ports;
   to.tool_of = from.tool_of;
   to.ticks = from.ticks;
@@ -126,7 +126,7 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
 void ReferenceModel::reset() {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
-  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.let_go[k] = ReleaseFade(now, force(k));
+  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.fade[k] = ReleaseFade(now, force(k));
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.ports.clear();
@@ -140,7 +140,7 @@ bool ReferenceModel::contact(std::size_t tool) const {
 
 Vec3 ReferenceModel::force(std::size_t tool) const {
   const State& s = *state_;
-  if (s.let_go[tool]) return s.let_go[tool]->force.at(Micros{1000 * (s.ticks - 1)});
+  if (s.fade[tool]) return s.fade[tool]->force.at(Micros{1000 * (s.ticks - 1)});
   return contact(tool) ? Vec3(-s.port_of(tool)->lambda) : Vec3::Zero();
 }
 

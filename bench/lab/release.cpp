@@ -51,7 +51,7 @@ double damping_needed(const Scene& scene, ReleaseOptions options) {
 }
 
 struct Runs {
-  std::vector<ReleaseResult> loosened, let_go;  ///< with the parameters in kShown
+  std::vector<ReleaseResult> loosened, released;  ///< with the parameters in kShown
 };
 
 Runs run_figure(const Scene& scene, const std::filesystem::path& out) {
@@ -67,7 +67,7 @@ Runs run_figure(const Scene& scene, const std::filesystem::path& out) {
       write_release(csv, scene, results.back());
       panel.curves.push_back({"1:2", std::string(name_of(scheme)), static_cast<int>(results.size()), csv});
     };
-    show("let_go", runs.let_go, panels[1]);
+    show("released", runs.released, panels[1]);
     options.hand_after = *hand_from_name("light");
     show("loosened", runs.loosened, panels[0]);
   }
@@ -100,7 +100,7 @@ PaperSection paper_release(const std::filesystem::path& folder, bool quick) {
   finding("grip loosened, local model (ring)", "does not oscillate", runs.loosened[1], true,
           "What is left is less than three steps of the device's reading, but its energy does not go on falling: the local model "
           "holds the far nodes still, so every new frame corrects it a little.");
-  finding("let go, held force (hold)", "oscillates", runs.let_go[0], false, "");
+  finding("let go, held force (hold)", "oscillates", runs.released[0], false, "");
   std::string friction =
       "The local model holds the far nodes still, so it is stiffer than the body, and every new frame corrects it: "
       "with a frictionless device that is a swing without end.";
@@ -109,8 +109,8 @@ PaperSection paper_release(const std::filesystem::path& folder, bool quick) {
   if (!quick)
     friction += fmt::format(" With {:g} N s/m, about what a Phantom's bearings (0.04 N) take at this speed, it comes to rest.",
                             damping_needed(scene, ring));
-  finding("let go, local model (ring)", "does not oscillate", runs.let_go[1], true, friction);
-  finding("let go, whole-body patch (port)", "", runs.let_go[2], true, "");
+  finding("let go, local model (ring)", "does not oscillate", runs.released[1], true, friction);
+  finding("let go, whole-body patch (port)", "", runs.released[2], true, "");
   if (s.findings.back().verdict == Verdict::agrees) s.findings.back().verdict = Verdict::beyond;
   s.pictures = {
       {out / "fig18.svg",

@@ -63,10 +63,10 @@ GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {
     points.push_back({ms * 1e-3, start + depth * into + side * Vec3::UnitX()});
   }
   const double still_s = end_s + kStandS;
-  const double let_go_s = gesture == Gesture::tap      ? 0.75
+  const double release_s = gesture == Gesture::tap      ? 0.75
                           : gesture == Gesture::stroke ? kGesturePressS + kGestureStrokeS / 4
                                                        : still_s;
-  return {Motion(std::move(points), std::string(name_of(gesture))), still_s, let_go_s};
+  return {Motion(std::move(points), std::string(name_of(gesture))), still_s, release_s};
 }
 
 }  // namespace palpate

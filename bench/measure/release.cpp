@@ -45,16 +45,16 @@ ReleaseResult release(const Scene& scene, const ReleaseOptions& options) {
   const std::vector<LoopTick>& ticks = result.loop.ticks;
   // A tool that was lost while held is judged by its whole motion.
   constexpr auto kReleaseTick = static_cast<std::size_t>(kReleaseS * 1e3);
-  const std::size_t let_go = kReleaseTick < ticks.size() ? kReleaseTick : 0;
+  const std::size_t released = kReleaseTick < ticks.size() ? kReleaseTick : 0;
   std::vector<Vec3> position;
   std::vector<double> kinetic_j;
-  for (std::size_t i = let_go; i < ticks.size(); ++i) {
+  for (std::size_t i = released; i < ticks.size(); ++i) {
     position.push_back(ticks[i].position);
     kinetic_j.push_back(ticks[i].kinetic_j);
   }
   result.verdict = judge_motion(position, kinetic_j, result.loop.lost);
-  result.depth_m = (ticks[let_go].position - home_of(scene)).dot(into_body(scene));
-  result.released_j = ticks[let_go].kinetic_j + ticks[let_go].display_j;
+  result.depth_m = (ticks[released].position - home_of(scene)).dot(into_body(scene));
+  result.released_j = ticks[released].kinetic_j + ticks[released].display_j;
   for (const LoopTick& tick : ticks) {
     result.display_min_j = std::min(result.display_min_j, tick.display_j);
     result.hand_over_step_max_n = std::max(result.hand_over_step_max_n, tick.hand_over_step_n);

@@ -44,7 +44,7 @@ Setup setup_of(const Scene& scene, const StabilityPoint& point, double rtt_ms) {
   const GesturePlan plan = plan_gesture(scene, point.gesture, kDepthM);
   const bool free = point.hand == "free", changes = free || point.gesture == Gesture::release;
   const double last_s = kHandsLaterS * (point.hands - 1);
-  Setup s{{}, (free ? plan.let_go_s : plan.still_s) + last_s, kWindows * kWindowS + 2e-3 * rtt_ms};
+  Setup s{{}, (free ? plan.release_s : plan.still_s) + last_s, kWindows * kWindowS + 2e-3 * rtt_ms};
   SimPhantomOptions device;
   device.tremor_m = device.force_step_n = 0;
   device.hand = *hand_from_name(changes ? "reference" : point.hand);

@@ -19,7 +19,7 @@ ClientCore::ClientCore(const ClientOptions& options, Micros now)
 void ClientCore::tick(Micros now) {
   ticked_ = now;
   drain();
-  if (advance(now) == Event::ended) let_go();
+  if (advance(now) == Event::ended) stop_force();
   if (!joined()) return;
   if (has_unsent() && now >= next_send_) {
     send_due_ = true;
@@ -41,7 +41,7 @@ Micros ClientCore::deadline() const {
 }
 
 void ClientCore::leave() {
-  let_go();
+  stop_force();
   ClientSession::leave();
 }
 
@@ -81,7 +81,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
     case Event::resumed:
       return begin(message, now);
     case Event::ended:
-      return let_go();
+      return stop_force();
     case Event::message:
       break;
   }
@@ -181,7 +181,7 @@ void ClientCore::renew(const Beat& beat, Micros now) {
 }
 
 /// Ends the force until a patch arrives.
-void ClientCore::let_go() {
+void ClientCore::stop_force() {
   vouched_ = false;
   pause_.interrupt();
   haptic_.server_until(Micros::min());

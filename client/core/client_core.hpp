@@ -90,7 +90,7 @@ class ClientCore : public ClientSession {
   bool contact_in_reach() const { return contact_in_reach_; }
   /// The server's newest report of its own pace.
   const ServerPace& server_pace() const { return server_pace_; }
-  /// The scheme that the server last reported for this station; `not_said` when the server reports none.
+  /// The scheme that the server last reported for this station; `unknown` when the server reports none.
   const SchemeInUse& in_use() const { return in_use_; }
   /// Patches accepted, by scheme, and the number of changes of scheme between successive patches.
   const SchemesFelt& schemes_felt() const { return schemes_felt_; }
@@ -108,7 +108,7 @@ class ClientCore : public ClientSession {
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
   void renew(const Beat& beat, Micros now);
-  void let_go();
+  void stop_force();
   bool has_unsent() const { return unsent_ > 0 && hello().shadow_of.empty(); }
   std::size_t emit_samples(std::span<std::byte> out, Micros now);
 

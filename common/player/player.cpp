@@ -84,7 +84,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
       carried_.noalias() = response_ * (-share_before_ * patch.force);
     }
   }
-  if (patch.contact == ContactKind::touch && triangles > 0) let_go(patch.tool - position_at(surface(), positions(), point_));
+  if (patch.contact == ContactKind::touch && triangles > 0) separate(patch.tool - position_at(surface(), positions(), point_));
   tool_ = {patch.stamp, patch.tool};
   output_ = {patch.force, patch.touching};
   elastic_ = viscous_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
@@ -267,7 +267,7 @@ void PatchPlayer::close_others() noexcept {
   others_.close(z_, own);
 }
 
-void PatchPlayer::let_go(const Vec3& gap) noexcept {
+void PatchPlayer::separate(const Vec3& gap) noexcept {
   clearance_ = clearance_of(point_, gap, normal_at(surface(), positions(), point_));
   clearance_.known &= beyond_.isZero(0);
 }
@@ -291,7 +291,7 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     const Vec3 p_free = position_at(view, positions(), point_) + beyond_;
     closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
     touching_ = closure.touching;
-    if (!touching_) return let_go(tool - p_free);
+    if (!touching_) return separate(tool - p_free);
     if (closure.slip.squaredNorm() > 0) {
       point_ = slide(view, positions(), point_, beyond_ + closure.slip);
       beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);

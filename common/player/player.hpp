@@ -80,7 +80,7 @@ class PatchPlayer {
   void step_touch(const Vec3& tool) noexcept;
   void close_others() noexcept;
   void close_touch(const Vec3& tool) noexcept;
-  void let_go(const Vec3& gap) noexcept;
+  void separate(const Vec3& gap) noexcept;
   void grow_load() noexcept;
   void fade(const Vec3& displacement) noexcept;
   /// Force on (d, q) or q in addition to the linear patch's: of terms, and of relaxed stress.

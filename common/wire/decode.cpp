@@ -123,7 +123,7 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.ticks_late(),
        table.renewed_from(),
        table.resets(),
-       {Scheme::hold, SchemeReason::not_said, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
+       {Scheme::hold, SchemeReason::unknown, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
   MessageValidator sense;
   sense.that(to_enum(table.scheme(), Scheme::hyper, m.in_use.scheme));
   sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));

@@ -15,7 +15,7 @@ std::string ms_of(Micros time) {
 std::string describe(const SchemeInUse& in_use) {
   const std::string name(name_of(in_use.scheme));
   switch (in_use.reason) {
-    case SchemeReason::not_said:
+    case SchemeReason::unknown:
       return "";
     case SchemeReason::asked:
       return name + ", as asked for";

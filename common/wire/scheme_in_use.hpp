@@ -24,7 +24,7 @@ inline std::string_view name_of(SchemeAsked asked) { return asked ? name_of(*ask
 
 /// Reason for the scheme that a station gets.
 enum class SchemeReason : std::uint8_t {
-  not_said,               ///< the server does not know `auto`, or nothing was felt yet
+  unknown,                ///< the server does not know `auto`, or nothing was felt yet
   asked,                  ///< the station requested the scheme
   not_known_yet,          ///< the cost of patches was not measured so far
   fits,                   ///< a nonlinear patch fits
@@ -34,8 +34,8 @@ enum class SchemeReason : std::uint8_t {
 };
 
 struct SchemeInUse {
-  Scheme scheme = Scheme::hold;  ///< meaningless where the reason is `not_said`
-  SchemeReason reason = SchemeReason::not_said;
+  Scheme scheme = Scheme::hold;  ///< meaningless where the reason is `unknown`
+  SchemeReason reason = SchemeReason::unknown;
   Micros cost{};   ///< server time for a nonlinear patch, 0 = not known
   Micros limit{};  ///< largest permitted cost
 };

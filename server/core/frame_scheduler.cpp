@@ -179,7 +179,7 @@ void FrameScheduler::count(const FrameResult& result, const Stations& stations, 
   counts_.steps += static_cast<std::uint64_t>(result.steps);
   counts_.cut_steps += static_cast<std::uint64_t>(result.cut_steps);
   counts_.frames_failed += result.failed;
-  counts_.tools_let_go += result.too_dear.size();
+  counts_.tools_released += result.released.size();
   ++counts_.frames;
   counts_.frame_seconds.add(seconds(took));
   if (gave_patches(result)) counts_.patches_seconds.add(seconds(result.patches_took));

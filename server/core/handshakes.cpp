@@ -14,8 +14,8 @@ Handshake* Handshakes::begun(PeerId peer, const Hello& hello, Micros now) {
   const auto newest = newest_.find(peer);
   if (newest == newest_.end()) return nullptr;
   Handshake& handshake = places_[newest->second % kMost];
-  const bool asks_again = same_wish(handshake.hello, hello) && handshake.asked == hello.station;
-  return asks_again && now - handshake.at <= kFor ? &handshake : nullptr;
+  const bool is_retry = same_wish(handshake.hello, hello) && handshake.asked == hello.station;
+  return is_retry && now - handshake.at <= kFor ? &handshake : nullptr;
 }
 
 Handshake& Handshakes::begin(Handshake handshake) {

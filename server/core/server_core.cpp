@@ -95,8 +95,8 @@ Micros ServerCore::deadline() const { return std::min(frames_.deadline(sessions_
 void ServerCore::finish(FrameResult result, Micros now) {
   Stations& stations = sessions_.stations();
   frames_.finish(result, stations, now);
-  for (const StationId id : result.too_dear)
-    if (const auto dear = stations.find(id); dear != stations.end() && on_let_go_) on_let_go_(dear->second);
+  for (const StationId id : result.released)
+    if (const auto dear = stations.find(id); dear != stations.end() && on_tool_released_) on_tool_released_(dear->second);
   const BodyNow body = frames_.body(now);
   if (result.failed) return patches_.beat_all(stations, body);
   patches_.take(result, stations, body, now);

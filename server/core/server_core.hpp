@@ -81,7 +81,7 @@ class ServerCore {
   /// Sets whether the machine gives the room too little of a core, as reported to viewers.
   void set_starved(bool starved) { views_.set_starved(starved); }
   /// Sets a listener for tools that were released because their cost was far above that of a hand.
-  void on_let_go(std::function<void(const Station&)> listener) { on_let_go_ = std::move(listener); }
+  void on_tool_released(std::function<void(const Station&)> listener) { on_tool_released_ = std::move(listener); }
 
   /// Sets the test whether two senders have one key and the first is the newer session: a station hands its name to its
   /// successor.
@@ -144,7 +144,7 @@ class ServerCore {
   StationId emit_after_ = 0;
   DatagramCounts counts_;
   std::function<void(StationId, const ButtonChange&)> on_buttons_;
-  std::function<void(const Station&)> on_let_go_;
+  std::function<void(const Station&)> on_tool_released_;
 };
 
 }  // namespace palpate

@@ -276,7 +276,7 @@ void Sessions::shut_down(const std::string& why, bool ended, Micros now) {
   if (ended) ended_ = why;
   goodbyes_.clear();
   for (const auto& [id, station] : stations_) {
-    ++counts_.told_goodbye;
+    ++counts_.goodbyes_sent;
     tell(RecordedEventKind::left, station, why, now);
     say_goodbye(station, {RefuseReason::shutting_down, why}, now);
   }

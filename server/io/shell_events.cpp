@@ -32,9 +32,9 @@ void UdpServer::hear_rooms() {
       if (RoomRecorder* const recorder = workers_[k]->recorder()) recorder->event(attributed(event));
       say(k, event);
     });
-    cores_[k].on_let_go([this, k](const Station& station) {
+    cores_[k].on_tool_released([this, k](const Station& station) {
       const std::string& name = station.hello.station;
-      say(k, "let_go", fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
+      say(k, "tool_released", fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
           {{"station", name}, {"station_id", static_cast<double>(station.id)}}, EventLevel::warning);
     });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {

@@ -40,7 +40,7 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
                                     {after.frames_busy - before.frames_busy, "frames skipped"},
                                     {after.frames_failed - before.frames_failed, "failed"},
                                     {after.cut_steps - before.cut_steps, "steps cut"},
-                                    {after.tools_let_go - before.tools_let_go, "tools released"},
+                                    {after.tools_released - before.tools_released, "tools released"},
                                     {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms of body time dropped"},
                                     {after.dropped_all() - before.dropped_all(), "datagrams dropped"}})
     if (count > 0) text += fmt::format(", {} {}", count, what);

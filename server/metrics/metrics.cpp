@@ -83,8 +83,8 @@ void add_frames(Families& to, const RoomState& room, const Labels& of) {
   to.count("palpate_steps_cut_total", "Steps of the body that were cut.", of, number(c.cut_steps));
   to.count("palpate_body_resets_total", "Times that a body was put back to rest.", of, number(c.resets));
   to.count("palpate_resets_withheld_total", "Requests for that which came too soon after others.", of, number(c.resets_withheld));
-  to.count("palpate_tools_let_go_total", "Times that a tool was let go of, as it cost more than a hand does.", of,
-           number(c.tools_let_go));
+  to.count("palpate_tools_released_total", "Times that a tool was let go of, as it cost more than a hand does.", of,
+           number(c.tools_released));
   to.count("palpate_left_out_seconds_total", "Body time that was left out, as the room was too far behind.", of,
            seconds(c.left_out));
   to.gauge("palpate_frame_rate_hertz", "Frames a second that were asked for.", of, room.rate_hz);
@@ -113,7 +113,7 @@ void add_stations(Families& to, const RoomState& room, const Labels& of) {
   to.count(leaves, "", with("reason", "silent"), number(c.timeouts));
   to.count(leaves, "", with("reason", "replaced"), number(c.replaced));
   to.count(leaves, "", with("reason", "key"), number(c.expelled));
-  to.count(leaves, "", with("reason", "goodbye"), number(c.told_goodbye));
+  to.count(leaves, "", with("reason", "goodbye"), number(c.goodbyes_sent));
   for (std::size_t k = 0; k < kRefuseReasons; ++k)
     to.count("palpate_refusals_total", "Refusals that were sent.", with("reason", kRefusalLabels[k]), number(c.refused[k]));
   to.count("palpate_patches_total", "Datagrams with patches that were sent, copies counted.", of, number(c.patches));

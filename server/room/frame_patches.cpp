@@ -157,12 +157,12 @@ void FramePatches::give_fading_force(const StationJob& job, Micros stamp, Statio
   if (!station) return;
   const ToolAt tool = station->track.at(stamp);
   frame.tool = tool.position;
-  if (!station->let_go) return;
+  if (!station->fade) return;
   Patch& patch = frame.patch.emplace();
   patch.scheme = Scheme::hold;
   patch.contact = body_->scene().tool.contact;
   patch.constant = true;
-  patch.force = station->let_go->force.at(stamp);
+  patch.force = station->fade->force.at(stamp);
   patch.tool = tool.position;
   patch.tool_velocity = tool.velocity;
   patch.trust_radius_m = kWorldExtentM;

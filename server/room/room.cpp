@@ -78,7 +78,7 @@ FrameResult Room::simulate(const FrameJob& job) {
     result.cut_steps = report->cut_steps;
     result.newton_iterations = report->newton_iterations;
     result.failed = !report->converged;
-    result.too_dear = body.too_dear();
+    result.released = body.released();
   }
   result.stamp = job.target;
   result.asleep = body.asleep();

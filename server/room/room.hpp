@@ -82,7 +82,7 @@ struct FrameResult {
   std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), if requested
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, if requested
   std::optional<BodyState> state;                         ///< if requested
-  std::vector<StationId> too_dear;                        ///< stations whose tools were released because they cost too much
+  std::vector<StationId> released;                        ///< stations whose tools were released because they cost too much
   int steps = 0, cut_steps = 0, newton_iterations = 0;
   bool failed = false;  ///< true if the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< true if the body was not stepped, or need not be until a tool comes (stillness.hpp)

@@ -43,7 +43,7 @@ bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf
 }
 
 std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
-  too_dear_.clear();
+  released_.clear();
   if (asleep_) body_.time_s = std::max(body_.time_s, seconds(job.begin));
   take_samples(job);
   if (job.begin > time()) leave_out_until(job.begin);
@@ -120,7 +120,7 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   AdvanceReport report;
   for (std::size_t most = 1;; most *= 2) {
     report += integrator_.stepper->advance(body_, ports_, seconds(job.target), step_s, tools);
-    if (report.converged || !let_go_of_dearest(most, begin, job.target)) return report;
+    if (report.converged || !release_costliest(most, begin, job.target)) return report;
   }
 }
 

@@ -33,7 +33,7 @@ class SteppedBody {
     Predictability past;  ///< of its path up to `noted`
     Micros noted{};
     FadingVector grasp;  ///< from the tool to its node
-    std::optional<ReleaseFade> let_go;
+    std::optional<ReleaseFade> fade;
   };
 
   explicit SteppedBody(const Scene& scene);
@@ -57,7 +57,7 @@ class SteppedBody {
   /// Returns true until a tool may meet the body.
   bool asleep() const { return asleep_; }
   /// Returns the stations whose tools were released in the last step() because they cost too much.
-  const std::vector<StationId>& too_dear() const { return too_dear_; }
+  const std::vector<StationId>& released() const { return released_; }
 
   const std::vector<ToolPort>& ports() const { return ports_; }
   /// Sets the nearest point of the surface to a tool that does not touch.
@@ -87,8 +87,8 @@ class SteppedBody {
   void reset();
   void leave_out_until(Micros begin);
   void drop_port(std::size_t k);
-  void let_go_of(std::size_t k, Micros off);
-  bool let_go_of_dearest(std::size_t most, Micros begin, Micros until);
+  void release_tool(std::size_t k, Micros off);
+  bool release_costliest(std::size_t most, Micros begin, Micros until);
   bool stays_off(StationTool& tool);
   void fall_asleep();
   bool sleeps_through(const FrameJob& job) const;
@@ -104,7 +104,7 @@ class SteppedBody {
   Stillness stillness_;
   bool asleep_ = false;
   std::map<StationId, StationTool> tools_;
-  std::vector<StationId> too_dear_;
+  std::vector<StationId> released_;
   std::vector<ToolPort> ports_;
   std::vector<StationId> port_owner_;  // parallel to ports_
 };

@@ -96,41 +96,41 @@ void SteppedBody::reset() {
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.v.setZero();
-  while (!ports_.empty()) let_go_of(ports_.size() - 1, ReleaseFade::kFadeTime);
+  while (!ports_.empty()) release_tool(ports_.size() - 1, ReleaseFade::kFadeTime);
   asleep_ = false;
 }
 
-void SteppedBody::let_go_of(std::size_t k, Micros off) {
+void SteppedBody::release_tool(std::size_t k, Micros off) {
   const ToolPort& port = ports_[k];
   const bool holds = port.kind == ContactKind::attach || port.touching;
   if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else its station left in this very frame
-    tool->second.let_go = ReleaseFade(time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off);
+    tool->second.fade = ReleaseFade(time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off);
   drop_port(k);
 }
 
 /// Releases up to `most` touching tools; returns false if there is none. A tool that jumps about is outside as often as inside.
-bool SteppedBody::let_go_of_dearest(std::size_t most, Micros begin, Micros until) {
+bool SteppedBody::release_costliest(std::size_t most, Micros begin, Micros until) {
   const auto way_m = [&](std::size_t k) {
     double way = 0;
     for (Micros t = begin; t < until; t += kTick) way += (tool(k, t + kTick).position - tool(k, t).position).norm();
     return way;
   };
-  std::vector<std::pair<double, StationId>> dearest;
+  std::vector<std::pair<double, StationId>> costliest;
   for (std::size_t k = 0; k < ports_.size(); ++k)
-    if (ports_[k].kind == ContactKind::touch) dearest.emplace_back(way_m(k), port_owner_[k]);
-  std::sort(dearest.rbegin(), dearest.rend());  // between equal paths, the later station first
-  dearest.resize(std::min(most, dearest.size()));
-  for (const auto& [way, id] : dearest) {
-    let_go_of(*port_of(id), kOff);
-    too_dear_.push_back(id);
+    if (ports_[k].kind == ContactKind::touch) costliest.emplace_back(way_m(k), port_owner_[k]);
+  std::sort(costliest.rbegin(), costliest.rend());  // between equal paths, the later station first
+  costliest.resize(std::min(most, costliest.size()));
+  for (const auto& [way, id] : costliest) {
+    release_tool(*port_of(id), kOff);
+    released_.push_back(id);
   }
-  return !dearest.empty();
+  return !costliest.empty();
 }
 
 bool SteppedBody::stays_off(StationTool& tool) {
-  if (!tool.let_go) return false;
-  if (!tool.let_go->over(time(), scene_.tool.contact, skin_, body_.x, tool.track.at(time()).position)) return true;
-  tool.let_go.reset();
+  if (!tool.fade) return false;
+  if (!tool.fade->over(time(), scene_.tool.contact, skin_, body_.x, tool.track.at(time()).position)) return true;
+  tool.fade.reset();
   return false;
 }
 

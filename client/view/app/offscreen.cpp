@@ -17,8 +17,8 @@ constexpr Micros kPatience{10'000'000};  // wait for a first shape, beyond the m
 
 void wait_for_shape(ViewSession& session, Micros since) {
   const Micros until = now_us() + kPatience;
-  while (!session.core().ready() && now_us() < until && !told_to_end()) session.pump_until(now_us() + Micros{20'000});
-  if (session.core().ready() || told_to_end()) return;
+  while (!session.core().ready() && now_us() < until && !stop_requested()) session.pump_until(now_us() + Micros{20'000});
+  if (session.core().ready() || stop_requested()) return;
   if (session.core().link() == LinkState::refused)
     throw std::runtime_error(fmt::format("{}: refused: {}", session.server(), session.core().refusal()));
   throw std::runtime_error(fmt::format("{}: no shape to draw within {:.0f} s", session.server(), seconds(now_us() - since)));
@@ -31,7 +31,7 @@ SceneView::Frame frame_of(const ViewOptions& options) {
 
 /// Watches until `time`, so that plots and scales of a first picture are those of a viewer that has run for a while.
 void watch_until(Micros time, const ViewOptions& options, ViewSession& session, SceneView& view) {
-  for (Micros now = now_us(); now < time && !told_to_end(); now = now_us()) {
+  for (Micros now = now_us(); now < time && !stop_requested(); now = now_us()) {
     session.pump_until(std::min(time, now + History::kStep));
     view.update(now_us(), frame_of(options));
     view.caption(now_us());
@@ -55,9 +55,9 @@ std::filesystem::path frame_file(const ViewOptions& options, int number) {
 void take_frames(const ViewOptions& options, ViewSession& session, SceneView& view, Stage& stage, Micros start) {
   const Micros period = from_seconds(1 / options.fps), end = start + from_seconds(options.duration_s.value_or(10));
   int number = 0;
-  for (Micros due = now_us(); due < end && !told_to_end();) {
+  for (Micros due = now_us(); due < end && !stop_requested();) {
     session.pump_until(due);
-    if (told_to_end()) return;
+    if (stop_requested()) return;
     write_png(frame_file(options, number++), take_picture(options, now_us(), view, stage));
     // A frame's number is its time: frames that there was no time for are missing from both.
     due += period;
@@ -76,7 +76,7 @@ void run_offscreen(const ViewOptions& options, ViewSession& session) {
   SceneView view(session);
   watch_until(start + from_seconds(first_s), options, session, view);
   wait_for_shape(session, start);
-  if (told_to_end()) return;
+  if (stop_requested()) return;
   const OffscreenContext context;
   Stage stage(options.width, options.height, 1.0F);
   session.pump();
@@ -95,7 +95,7 @@ void run_offscreen(const ViewOptions& options, RecordedSource& recording) {
   if (!options.screenshot.empty()) write_png(options.screenshot, take_picture(options, now, view, stage));
   if (options.frames.empty()) return;
   const Micros asked = options.duration_s ? begin + from_seconds(*options.duration_s) : clock.end();
-  for (int number = 0; !told_to_end(); ++number) {
+  for (int number = 0; !stop_requested(); ++number) {
     const Micros moment = begin + from_seconds(number / options.fps);
     if (moment > std::min(asked, clock.end())) return;
     clock.seek(moment, now);

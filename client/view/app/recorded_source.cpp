@@ -17,7 +17,7 @@ RecordedSource::RecordedSource(const std::string& file)
 
 void RecordedSource::pump_until(Micros time) {
   constexpr Micros kMost{20'000};  // limit of the delay after a request to end
-  for (Micros now = now_us(); now < time && !told_to_end(); now = now_us())
+  for (Micros now = now_us(); now < time && !stop_requested(); now = now_us())
     std::this_thread::sleep_for(std::min(kMost, time - now));
 }
 

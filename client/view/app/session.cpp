@@ -20,7 +20,7 @@ volatile std::sig_atomic_t g_end = 0;
 void watch_signals() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { g_end = 1; });
 }
-bool told_to_end() { return g_end != 0; }
+bool stop_requested() { return g_end != 0; }
 
 Micros now_us() { return monotonic_now(); }
 
@@ -69,7 +69,7 @@ void ViewSession::pump_recording() {
 }
 
 void ViewSession::pump_until(Micros time) {
-  while (!told_to_end()) {
+  while (!stop_requested()) {
     pump();
     const Micros now = now_us();
     if (now >= time) return;

@@ -59,6 +59,6 @@ class ViewSession : public ViewSource {
 
 /// Installs handlers: SIGINT and SIGTERM ask for the end.
 void watch_signals();
-bool told_to_end();
+bool stop_requested();
 
 }  // namespace palpate

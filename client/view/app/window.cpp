@@ -136,7 +136,7 @@ void Screen::run(Controls& controls, const TouchStation* touch) {
   ViewSource& source = controls.view().source();
   const Micros end = options_.duration_s ? now_us() + from_seconds(*options_.duration_s) : Micros::max();
   DrawTimes times;
-  while (!glfwWindowShouldClose(window_.get()) && !told_to_end() && now_us() < end) {
+  while (!glfwWindowShouldClose(window_.get()) && !stop_requested() && now_us() < end) {
     const Micros begun = now_us();
     glfwPollEvents();
     source.pump_until(begun);

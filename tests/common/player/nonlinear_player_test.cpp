@@ -7,7 +7,7 @@
 #include "common/base/random.hpp"
 #include "common/patch/terms_pieces.hpp"
 #include "common/player/player.hpp"
-#include "tests/common/player/floor_patch.hpp"
+#include "tests/support/floor_patch.hpp"
 
 using namespace palpate;
 using test::floor_patch, test::kStamp, test::pressed_floor;

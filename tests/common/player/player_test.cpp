@@ -7,7 +7,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "common/base/random.hpp"
-#include "tests/common/player/floor_patch.hpp"
+#include "tests/support/floor_patch.hpp"
 
 using namespace palpate;
 using test::floor_patch, test::kStamp, test::pressed_floor;

@@ -78,7 +78,7 @@ TEST_CASE("what was added to messages later goes there and back, and is absent w
   CHECK(round_trip(hello).scheme == Scheme::port);
   hello.scheme.reset();
   CHECK_FALSE(round_trip(hello).scheme.has_value());
-  CHECK(round_trip(Beat{}).in_use.reason == SchemeReason::not_said);
+  CHECK(round_trip(Beat{}).in_use.reason == SchemeReason::unknown);
   const Beat chosen = round_trip(Beat{.in_use = {Scheme::hyper, SchemeReason::fits, Micros{9'000}, Micros{30'000}}});
   CHECK(chosen.in_use.scheme == Scheme::hyper);
   CHECK(chosen.in_use.reason == SchemeReason::fits);

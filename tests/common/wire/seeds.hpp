@@ -264,7 +264,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(ViewState{123456, 0xfedcba9876543210ull, 2, 1500}));
   RoomView room{
       1515, Micros{12'345}, 19.5, 3.25, {{"left hand", Micros{120'000}, Micros{4'000}, Micros{190'000}, 1008, 30, 7, 22}}};
-  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, {Scheme::hyper, SchemeReason::not_said, {}, {}}});
+  room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, {Scheme::hyper, SchemeReason::unknown, {}, {}}});
   all.push_back(message(room));
   all.push_back(
       message(Tools{17,

@@ -57,5 +57,5 @@ TEST_CASE("a goodbye is said again with the station's own numbers, and who heard
     CHECK(message.clock.echo == hand.clock());  // echo of the newest datagram that it sent
   }
   CHECK(reason(hand.ask()) == RefuseReason::shutting_down);
-  CHECK(bench.core.counts().told_goodbye == 1);
+  CHECK(bench.core.counts().goodbyes_sent == 1);
 }

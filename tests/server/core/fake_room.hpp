@@ -33,7 +33,7 @@ struct FakeRoom {
   NonlinearTerms terms;         ///< terms of its patches
   Micros step_took{}, patches_took{};
   Vec3 force{0, 0, 1};  ///< on tools
-  std::vector<StationId> too_dear;
+  std::vector<StationId> released;
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -41,7 +41,7 @@ struct FakeRoom {
     result.failed = fail;
     result.asleep = asleep;
     result.steps = asleep ? 0 : 1;
-    result.too_dear = too_dear;
+    result.released = released;
     result.stamp = job.target;
     result.step_took = step_took;
     result.patches_took = patches_took;

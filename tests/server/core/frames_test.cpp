@@ -392,13 +392,13 @@ TEST_CASE("a room that is far behind leaves out what it cannot make up for, and 
 TEST_CASE("whose tool was let go of is said and counted") {
   Bench bench;
   std::vector<std::string> said;
-  bench.core.on_let_go([&](const Station& station) { said.push_back(station.hello.station); });
+  bench.core.on_tool_released([&](const Station& station) { said.push_back(station.hello.station); });
   RawStation calm(bench, 1, "calm"), wild(bench, 2, "wild");
   calm.join().live();
   wild.join();
-  bench.room.too_dear = {wild.as.station, 12345};
+  bench.room.released = {wild.as.station, 12345};
   calm.live(100ms);
   REQUIRE_FALSE(said.empty());
   for (const std::string& name : said) CHECK(name == "wild");
-  CHECK(bench.core.counts().tools_let_go == 2 * said.size());
+  CHECK(bench.core.counts().tools_released == 2 * said.size());
 }

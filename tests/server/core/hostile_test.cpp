@@ -218,7 +218,7 @@ TEST_CASE("a room lets in sixteen shadows and sixteen viewers, and hands beside 
   CHECK(bench.core.station_count() == 34);
 }
 
-TEST_CASE("62 hands that ask for the dearest scheme, or 8 shadows, leave the first hand its patches") {
+TEST_CASE("62 hands that ask for the costliest scheme, or 8 shadows, leave the first hand its patches") {
   const bool shadows = GENERATE(false, true);
   CostlyRoom bench;
   bench.room.built = Scheme::hyper;

@@ -93,8 +93,8 @@ TEST_CASE("A hand that jumps about inside the body is let go of, and the hand be
     });
     iterations += result.newton_iterations;
     without += result.stations.front().patch ? 0 : 1;
-    for (const StationId id : result.too_dear) said |= id == kFirstOfOthers;
-    for (const StationId id : result.too_dear) CHECK(id == kFirstOfOthers);
+    for (const StationId id : result.released) said |= id == kFirstOfOthers;
+    for (const StationId id : result.released) CHECK(id == kFirstOfOthers);
     CHECK(result.newton_iterations < 500);  // for 5 steps of 10 ms; one hand needs 20
   }
   CHECK(said);
@@ -111,7 +111,7 @@ TEST_CASE("A hand that was let go of for what it cost may touch again after a wh
   const Vec3 aside(0.03, 0, 0);
   bool dear = false;
   for (int k = 0; k < 40 && !dear; ++k)
-    dear = !organ.frame(1, [&](std::size_t, Micros) { return organ.anywhere(random); }).too_dear.empty();
+    dear = !organ.frame(1, [&](std::size_t, Micros) { return organ.anywhere(random); }).released.empty();
   REQUIRE(dear);
   const auto stays = [&](double over_m) {
     return [&organ, aside, over_m](std::size_t, Micros) { return Vec3(organ.home() + aside + Vec3(0, 0, over_m)); };
@@ -121,7 +121,7 @@ TEST_CASE("A hand that was let go of for what it cost may touch again after a wh
   FrameResult result;
   for (int k = 0; k < 10; ++k) result = organ.frame(1, stays(-0.02 - 0.002 * k));
   CHECK(result.stations.back().contact);
-  CHECK(result.too_dear.empty());
+  CHECK(result.released.empty());
 }
 
 TEST_CASE("Time that is left out moves nothing: the tool is led from where the body knew it to where it is") {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "client/intake/intake.hpp"
-#include "tests/common/player/ticking_hand.hpp"
+#include "tests/client/core/ticking_hand.hpp"
 
 using namespace palpate;
 using test::constant;

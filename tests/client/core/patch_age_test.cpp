@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "client/core/haptic_tick.hpp"
-#include "tests/common/player/ticking_hand.hpp"
+#include "tests/client/core/ticking_hand.hpp"
 
 using namespace palpate;
 using test::constant;

@@ -1,31 +1,20 @@
-// What keeps several hands on one body calm, against closed forms: how much of a hand's motion is predictable, and the damper.
+// The damper that keeps several hands on one body calm, against its closed form.
 #include "client/core/hands_damper.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
 
-#include "tests/common/player/floor_patch.hpp"
+#include "tests/support/circling_hand.hpp"
+#include "tests/support/floor_patch.hpp"
 
 using namespace palpate;
+using test::kRadiusM;
+using test::on_circle;
 using test::pressed_floor;
+using test::share_on_circle;
 
 namespace {
-
-constexpr double kRadiusM = 0.003;
-
-Vec3 on_circle(double omega_rad_s, double t_s) {
-  return kRadiusM * Vec3(std::cos(omega_rad_s * t_s), std::sin(omega_rad_s * t_s), 0);
-}
-
-/// Least-squares gain of x + h v on a circle, whose sums are those of a single moment.
-double share_on_circle(double omega_rad_s, double horizon_s) {
-  constexpr double kStepS = 0.03;
-  using namespace std::complex_literals;
-  const auto late = [&](double by_s) { return std::exp(-1i * omega_rad_s * by_s); };
-  const auto expected = horizon_s * (3.0 - 4.0 * late(kStepS) + late(2 * kStepS)) / (2 * kStepS) * late(horizon_s);
-  return std::clamp(std::real(std::conj(expected) * (1.0 - late(horizon_s))) / std::norm(expected), 0.0, 1.0);
-}
 
 /// Two tools on two modes, 7 and 3 of which they move along the normal.
 Patch two_tools() {
@@ -43,29 +32,6 @@ Patch two_tools() {
 }
 
 }  // namespace
-
-TEST_CASE("A steady motion is predictable as a whole, a circle as far as its radius and the horizon say") {
-  Predictability line;
-  CHECK(line.share() == 1);
-  for (int k = 0; k < 100; ++k) line.add(Vec3(1e-4 * k, 0, 2e-4 * k), 0.1);
-  CHECK(line.share() == Approx(1).margin(1e-9));
-  const double hz = GENERATE(0.7, 1.5, 3.0, 5.0), horizon_s = GENERATE(0.05, 0.1, 0.25);
-  CAPTURE(hz, horizon_s);
-  Predictability circle;
-  for (int k = 0; k < 200; ++k) circle.add(on_circle(2 * M_PI * hz, 0.01 * k), horizon_s);
-  CHECK(circle.share() == Approx(share_on_circle(2 * M_PI * hz, horizon_s)).margin(1e-9));
-  // Of a slow motion all, of a fast one nothing that would make it larger.
-  if (hz * horizon_s < 0.05) CHECK(circle.share() > 0.9);
-  if (hz * horizon_s > 0.5) CHECK(circle.share() < 0.1);
-}
-
-TEST_CASE("Predictability forgets how the hand moved before") {
-  Predictability hand;
-  for (int k = 0; k < 200; ++k) hand.add(on_circle(2 * M_PI * 5, 0.01 * k), 0.1);
-  CHECK(hand.share() < 0.1);
-  for (int k = 0; k < 200; ++k) hand.add(Vec3(1e-3 * k, 0, 0), 0.1);
-  CHECK(hand.share() > 0.95);
-}
 
 TEST_CASE("The stiffness between two tools is that of the flexibility matrix of modes, surface and contacts, inverted") {
   const Patch p = two_tools();
