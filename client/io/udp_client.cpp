@@ -173,6 +173,7 @@ void UdpClient::note() {
                       core_.counts().joins,
                       core_.server_pace(),
                       core_.in_use(),
+                      core_.guidance(monotonic_now()),
                       nobody_listens_,
                       {}};
   LinkState before;
