@@ -25,24 +25,33 @@ Scene scene_for_guidance() {
 }
 
 std::string row_of(const GuidedPoint& p, const GuidedResult& r) {
-  return fmt::format("{},{},{:g},{:g},{:g},{:g},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
-                     p.touches ? "body" : "air", p.hand, p.guide_rtt_ms, p.guided_rtt_ms, p.jitter_ms, p.loss_pct,
-                     r.stable() ? "stable" : r.lost ? "lost" : "unrest", r.stiffness_n_m, r.damping_n_s_m, 1e3 * r.error_rms_m,
-                     1e3 * r.lag_s, 1e3 * r.lagged_rms_m, r.guide_mean_n, r.guided_mean_n, r.guide_max_n, r.guided_max_n,
-                     r.step_max_n, 1e3 * r.generated_j, 1e3 * std::max(r.guide.tail_m(), r.guided.tail_m()));
+  return fmt::format(
+      "{},{},{:g},{:g},{:g},{:g},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
+      p.touches ? "body" : "air", p.hand, p.guide_rtt_ms, p.guided_rtt_ms, p.jitter_ms, p.loss_pct,
+      r.stable() ? "stable"
+      : r.lost   ? "lost"
+                 : "unrest",
+      r.stiffness_n_m, r.damping_n_s_m, 1e3 * r.error_rms_m, 1e3 * r.lag_s, 1e3 * r.lagged_rms_m, r.guide_mean_n, r.guided_mean_n,
+      r.guide_max_n, r.guided_max_n, r.step_max_n, 1e3 * r.generated_j, 1e3 * std::max(r.guide.tail_m(), r.guided.tail_m()));
 }
 
 void print_row(const GuidedPoint& p, const GuidedResult& r) {
-  const std::string link = p.loss_pct > 0 ? fmt::format("{:g}/{:g} +-{:g}, {:g} %", p.guide_rtt_ms, p.guided_rtt_ms, p.jitter_ms, p.loss_pct)
-                                          : fmt::format("{:g}/{:g}", p.guide_rtt_ms, p.guided_rtt_ms);
-  fmt::print("{:<5} {:<8} {:<18} {:<7} {:>8.0f} {:>9.1f} {:>11.1f} {:>9.0f} {:>12.1f} {:>6.2f} {:>6.2f} {:>8.3f} {:>9.2f} {:>9.2f}\n",
-             p.touches ? "body" : "air", p.hand, link, r.stable() ? "stable" : r.lost ? "lost" : "unrest", r.stiffness_n_m,
-             r.damping_n_s_m, 1e3 * r.error_rms_m, 1e3 * r.lag_s, 1e3 * r.lagged_rms_m, r.guide_mean_n, r.guided_mean_n,
-             r.step_max_n, 1e3 * r.generated_j, 1e3 * std::max(r.guide.tail_m(), r.guided.tail_m()));
+  const std::string link = p.loss_pct > 0
+                               ? fmt::format("{:g}/{:g} +-{:g}, {:g} %", p.guide_rtt_ms, p.guided_rtt_ms, p.jitter_ms, p.loss_pct)
+                               : fmt::format("{:g}/{:g}", p.guide_rtt_ms, p.guided_rtt_ms);
+  fmt::print(
+      "{:<5} {:<8} {:<18} {:<7} {:>8.0f} {:>9.1f} {:>11.1f} {:>9.0f} {:>12.1f} {:>6.2f} {:>6.2f} {:>8.3f} {:>9.2f} {:>9.2f}\n",
+      p.touches ? "body" : "air", p.hand, link,
+      r.stable() ? "stable"
+      : r.lost   ? "lost"
+                 : "unrest",
+      r.stiffness_n_m, r.damping_n_s_m, 1e3 * r.error_rms_m, 1e3 * r.lag_s, 1e3 * r.lagged_rms_m, r.guide_mean_n, r.guided_mean_n,
+      r.step_max_n, 1e3 * r.generated_j, 1e3 * std::max(r.guide.tail_m(), r.guided.tail_m()));
 }
 
 /// Plots error, lag and forces of the led hand in the air against the sum of the round trips.
-void plot_guided(const std::filesystem::path& out, const std::vector<GuidedPoint>& points, const std::vector<GuidedResult>& results) {
+void plot_guided(const std::filesystem::path& out, const std::vector<GuidedPoint>& points,
+                 const std::vector<GuidedResult>& results) {
   std::vector<std::pair<double, const GuidedResult*>> led;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!points[i].touches && points[i].hand == "led" && points[i].loss_pct == 0)
@@ -89,9 +98,12 @@ int run_guided_sweep(const GuidedSweep& sweep) {
     passive += r.generated_j <= r.bound_j;
   }
   fmt::print(
-      "\nApart: distance of the two tools while the guide moves (rms); lag and to path: shift of the guide's path for which that is "
-      "least,\nand the least. F1, F2: mean force of the coupling on the guide and on the guided hand; step: its largest change in a "
-      "tick; gave: energy\nthat the coupling gave beyond what it had absorbed, of which the beginning of a hold allows {:.0f} mJ; "
+      "\nApart: distance of the two tools while the guide moves (rms); lag and to path: shift of the guide's path for which that "
+      "is "
+      "least,\nand the least. F1, F2: mean force of the coupling on the guide and on the guided hand; step: its largest change "
+      "in a "
+      "tick; gave: energy\nthat the coupling gave beyond what it had absorbed, of which the beginning of a hold allows {:.0f} "
+      "mJ; "
       "tail: motion of stable points at the end.\n{} of {} points are stable, {} gave no more than that.\n",
       results.empty() ? 0.0 : 1e3 * results.front().bound_j, stable, points.size(), passive);
   write_text(out / "guided.csv", csv);

@@ -24,8 +24,8 @@ namespace palpate {
 /// One of the hands on the body.
 struct LoopHand {
   Motion intention;
-  SimPhantomOptions device;  ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
-  LinkSpec link;             ///< one way
+  SimPhantomOptions device;                ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
+  LinkSpec link;                           ///< one way
   std::optional<std::size_t> guides = {};  ///< hand whose tool it guides
 };
 

@@ -11,9 +11,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kHoldS = 2.5, kStrokeS = 0.8, kSettleS = 1.0, kWindowsSeen = 7, kDownS = 0.8, kDepthM = 0.005, kAboveM = 0.040;
+constexpr double kGuidedHoldS = 2.5, kGuidedStrokeS = 0.8, kGuidedSettleS = 1.0, kWindowsSeen = 7, kGuidedDownS = 0.8,
+                 kGuidedDepthM = 0.005, kGuidedAboveM = 0.040;
 constexpr int kStrokes = 4;
-constexpr double kMovesToS = kHoldS + kStrokes * kStrokeS;
+constexpr double kMovesToS = kGuidedHoldS + kStrokes * kGuidedStrokeS;
 
 Hand guided_hand(const std::string& name) {
   const Hand reference = *hand_from_name("reference");
@@ -25,14 +26,14 @@ Hand guided_hand(const std::string& name) {
 
 /// Intention of the guide, or of the guided hand, which does not stroke.
 Motion intention(const Scene& scene, bool touches, bool strokes) {
-  const Vec3 home = home_of(scene) + Vec3(strokes ? 0 : kGuidedBesideM, 0, touches ? 0.002 : kAboveM);
+  const Vec3 home = home_of(scene) + Vec3(strokes ? 0 : kGuidedBesideM, 0, touches ? 0.002 : kGuidedAboveM);
   std::vector<MotionPoint> points;
   for (int ms = 0; ms <= static_cast<int>(1e3 * (kMovesToS + 0.1)); ++ms) {
-    const double t_s = ms * 1e-3, stroked = std::clamp((t_s - kHoldS) / kStrokeS, 0.0, double{kStrokes});
+    const double t_s = ms * 1e-3, stroked = std::clamp((t_s - kGuidedHoldS) / kGuidedStrokeS, 0.0, double{kStrokes});
     const int whole = std::min(static_cast<int>(stroked), kStrokes - 1);
     const double share = minimum_jerk(stroked - whole);
     const double x = strokes ? kGuidedStrokeM * (whole % 2 == 0 ? share : 1 - share) : 0;
-    const double z = touches ? -(0.002 + kDepthM) * minimum_jerk((t_s - 0.2) / kDownS) : 0;
+    const double z = touches ? -(0.002 + kGuidedDepthM) * minimum_jerk((t_s - 0.2) / kGuidedDownS) : 0;
     points.push_back({t_s, home + Vec3(x, 0, z)});
   }
   return Motion(std::move(points));
@@ -67,8 +68,7 @@ StabilityVerdict rest_of(const ClosedLoopResult& loop, std::size_t from) {
 /// Root mean square of the distance of the guided tool to where the guide's was `lag` ticks before.
 double distance_rms_m(const std::vector<ClosedLoopResult>& loops, std::size_t from, std::size_t to, std::size_t lag) {
   double sum = 0;
-  for (std::size_t i = from; i < to; ++i)
-    sum += (loops[1].ticks[i].position - loops[0].ticks[i - lag].position).squaredNorm();
+  for (std::size_t i = from; i < to; ++i) sum += (loops[1].ticks[i].position - loops[0].ticks[i - lag].position).squaredNorm();
   return to > from ? std::sqrt(sum / static_cast<double>(to - from)) : 0;
 }
 
@@ -107,7 +107,7 @@ void note_forces(GuidedResult& r, std::size_t from, std::size_t to) {
 
 GuidedResult measure_guided(const Scene& scene, const GuidedPoint& point) {
   const std::vector<LoopHand> hands = hands_of(scene, point);
-  const double settled_s = kMovesToS + kSettleS + 1e-3 * (point.guide_rtt_ms + point.guided_rtt_ms);
+  const double settled_s = kMovesToS + kGuidedSettleS + 1e-3 * (point.guide_rtt_ms + point.guided_rtt_ms);
   ClosedLoopOptions options;
   options.seed = point.seed;
   options.duration = from_seconds(settled_s + kWindowsSeen * kWindowS);
@@ -116,7 +116,7 @@ GuidedResult measure_guided(const Scene& scene, const GuidedPoint& point) {
   r.lost = r.loops[0].lost || r.loops[1].lost;
   const auto tick_at = [&](double t_s) { return static_cast<std::size_t>(std::lround(t_s * 1e3)); };
   const std::size_t ticks = std::min(r.loops[0].ticks.size(), r.loops[1].ticks.size());
-  const std::size_t from = std::min(tick_at(kHoldS), ticks), to = std::min(tick_at(kMovesToS), ticks);
+  const std::size_t from = std::min(tick_at(kGuidedHoldS), ticks), to = std::min(tick_at(kMovesToS), ticks);
   r.guide = rest_of(r.loops[0], tick_at(settled_s));
   r.guided = rest_of(r.loops[1], tick_at(settled_s));
   const double round_s = seconds(r.loops[0].guidance_reach + r.loops[1].guidance_reach);
@@ -130,8 +130,9 @@ GuidedResult measure_guided(const Scene& scene, const GuidedPoint& point) {
 
 std::vector<GuidedPoint> guided_points(bool quick, std::uint64_t seed) {
   using RoundTrips = std::vector<std::pair<double, double>>;
-  const RoundTrips round_trips = quick ? RoundTrips{{0, 0}, {300, 300}, {20, 300}}
-                                       : RoundTrips{{0, 0}, {50, 50}, {100, 100}, {200, 200}, {300, 300}, {0, 300}, {300, 0}, {20, 150}};
+  const RoundTrips round_trips =
+      quick ? RoundTrips{{0, 0}, {300, 300}, {20, 300}}
+            : RoundTrips{{0, 0}, {50, 50}, {100, 100}, {200, 200}, {300, 300}, {0, 300}, {300, 0}, {20, 150}};
   std::vector<GuidedPoint> points;
   for (const bool touches : {false, true})
     for (const char* hand : {"free", "led", "resting"})

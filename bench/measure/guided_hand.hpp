@@ -1,13 +1,13 @@
 // The guided hand in the closed loop: one simulated hand guides the tool of another (client/core/guidance.hpp), each over a link
 // of its own, in virtual time.
 //
-// The guide is the reference hand of hand.hpp. It waits kHoldS for the hold to begin, moves kStrokeM to and fro along x in four
-// minimum-jerk strokes of kStrokeS, and stands still. On the body both tools come down first, to kDepthM, and stroke there. The
-// guided hand intends nothing:
+// The guide is the reference hand of hand.hpp. It waits 2.5 s for the hold to begin, moves kGuidedStrokeM to and fro along x in
+// four minimum-jerk strokes of 0.8 s, and stands still. On the body both hands press 5 mm deep first, and the guide strokes
+// there. The guided hand intends no more:
 //     free      nobody holds the device: 75 g, no friction
 //     led       an arm that lets itself be led: mass and damping of the reference hand, no stiffness
 //     resting   an arm that stays where it is: the reference hand
-// Its tool begins kBesideM beside that of the guide. There is no tremor, and forces are not quantised.
+// Its tool begins kGuidedBesideM beside that of the guide. There is no tremor, and forces are not quantised.
 #pragma once
 
 #include "bench/measure/stability.hpp"
@@ -22,13 +22,13 @@ struct GuidedPoint {
 };
 
 struct GuidedResult {
-  StabilityVerdict guide, guided;  ///< from kSettleS after the last stroke on
+  StabilityVerdict guide, guided;  ///< from a second and two round trips after the last stroke on
   bool lost = false;
   double stiffness_n_m = 0, damping_n_s_m = 0;  ///< K and b at the end
   double error_rms_m = 0;                       ///< distance of the two tools while the guide moves
   double lag_s = 0, lagged_rms_m = 0;           ///< shift of the guide's path for which that distance is least, and the distance
   double guide_mean_n = 0, guide_max_n = 0, guided_mean_n = 0, guided_max_n = 0;  ///< forces of guidance while the guide moves
-  double step_max_n = 0;  ///< largest change of such a force in a tick
+  double step_max_n = 0;                                                          ///< largest change of such a force in a tick
   /// Energy that the two ends of the coupling gave beyond what they had absorbed until then, at its largest.
   double generated_j = 0;
   double bound_j = 0;  ///< most that they may give: kForceMostN times the distance at the beginning

@@ -22,7 +22,8 @@ void append(std::vector<Item>& items, const Item& item) {
 }
 
 /// Adds a report of a hold, which continues the last one of the same two unless that ended more than kHeldMostS before.
-void add_guidance(Session& session, const std::string& guide, const std::string& guided, double t_s, const RecordedGuidance& report) {
+void add_guidance(Session& session, const std::string& guide, const std::string& guided, double t_s,
+                  const RecordedGuidance& report) {
   constexpr double kEveryS = 0.25, kHeldMostS = 0.6;  // interval of reports
   const auto last = std::find_if(session.guidances.rbegin(), session.guidances.rend(),
                                  [&](const SessionGuidance& g) { return g.guide == guide && g.guided == guided; });

@@ -33,10 +33,10 @@ struct SessionGuidance {
 };
 
 struct Session {
-  std::vector<SessionHand> hands;  ///< in the order in which they first moved; a hand that rejoined continues its series
-  std::vector<double> resets_s;    ///< resets of the body, ascending
+  std::vector<SessionHand> hands;          ///< in the order in which they first moved; a hand that rejoined continues its series
+  std::vector<double> resets_s;            ///< resets of the body, ascending
   std::vector<SessionGuidance> guidances;  ///< in order of their beginnings
-  std::size_t blocks_lost = 0;     ///< damaged blocks, whose content is unknown
+  std::size_t blocks_lost = 0;             ///< damaged blocks, whose content is unknown
 };
 
 Session read_session(const RecordingReader& recording);

@@ -46,8 +46,8 @@ struct ClientCounts : ClientTraffic, TouchCounts {};
 
 /// The pair of a guidance, as far as it concerns this hand.
 struct GuidanceStatus {
-  std::string partner;                       ///< empty: there is none
-  bool guides = false;                       ///< true: this hand guides the partner
+  std::string partner;                        ///< empty: there is none
+  bool guides = false;                        ///< true: this hand guides the partner
   GuidanceHand other = GuidanceHand::absent;  ///< state of the partner
   GuidanceHand own = GuidanceHand::ready;
   bool held() const { return own == GuidanceHand::holds && other == GuidanceHand::holds; }

@@ -5,8 +5,8 @@
 //
 // x: own tool, v its velocity, low-passed by kVelocityS against the encoder's steps. y: the partner's tool as it was known here,
 // low-passed by kTargetS so that its samples make no steps, and never faster than kTargetMostMS. T_1: longest delay of y since
-// its samples came, that is the age of the newest one plus kTargetS and a tick; T_2: the same at the partner, which reports it. Both ends
-// compute the same
+// its samples came, that is the age of the newest one plus kTargetS and a tick; T_2: the same at the partner, which reports it.
+// Both ends compute the same
 //
 //     K = min(kStiffnessMostNM, 2 kDampingMostNSM / (T_1 + T_2))
 //
@@ -18,8 +18,8 @@
 //
 // beyond the change of the potential (Nuno, Ortega, Barabanov and Basanez, IEEE Trans. Robotics 24, 2008, with a saturation):
 // whatever passive hands, devices and bodies are at the two ends, they come to rest. The errors of both ends' clock offsets
-// cancel in T_1 + T_2. The low-passes keep the inequality, as kTargetS^2 >= 2 kVelocityS^2; sampled at 1 kHz, up to 75 Hz. Above,
-// K / w + |b| is less than the impedance w m of any device of more than 10 g: the loop's gain is below 1.
+// cancel in T_1 + T_2. The low-passes keep the inequality, as kTargetS^2 >= 2 kVelocityS^2; sampled at 1 kHz, up to 65 Hz. Above,
+// K / w + |b| is less than the impedance w m of any device of more than 15 g: the loop's gain is below 1.
 // Within a hold T_1 + T_2 only grows, so K only falls, and a falling K takes energy from the spring. The gain g rises once in a
 // hold, which gives at most the potential of the distance then: kForceMostN times that distance.
 //
@@ -38,7 +38,7 @@ namespace palpate {
 struct PartnerTool {
   Micros stamp{};
   Vec3 position = Vec3::Zero();
-  Micros reach{};       ///< T_2, 0 = unknown
+  Micros reach{};        ///< T_2, 0 = unknown
   bool willing = false;  ///< true: it is in the room and does not object
 };
 

@@ -75,7 +75,7 @@ struct HapticCounts {
   double softened_most = 1;    ///< smallest scale used
   double hand_over_step_max_n = 0;
   // guidance
-  std::uint64_t guided_ticks = 0, holds = 0;    ///< ticks with its force; times that it began
+  std::uint64_t guided_ticks = 0, holds = 0;      ///< ticks with its force; times that it began
   double guidance_sum_n = 0, guidance_max_n = 0;  ///< sum of the norms over these ticks; the largest
   double guidance_mean_n() const { return guided_ticks > 0 ? guidance_sum_n / static_cast<double>(guided_ticks) : 0; }
 };

@@ -115,7 +115,9 @@ void issue(const Options& o) {
 }
 
 void add_rights(CLI::App& app, Options& o) {
-  app.add_option("--role", o.roles, "roles that the station may have, separated by commas: a hand touches, a viewer watches, a hand that is also a guide may lead "
+  app.add_option("--role", o.roles,
+                 "roles that the station may have, separated by commas: a hand touches, a viewer watches, a hand that is also a "
+                 "guide may lead "
                  "the hands of others")
       ->type_name("hand|viewer|hand,viewer|hand,guide|...")
       ->capture_default_str();

@@ -86,9 +86,8 @@ class BodyWriter {
     const auto partner = text(m.partner, kMaxNameBytes);
     const auto stamp = packer_.time(m.stamp);
     const auto position = packer_.point(m.position);
-    return done(wire::Payload::Guidance,
-                wire::CreateGuidance(builder_, partner, m.guides, static_cast<std::uint8_t>(m.hand), packer_.duration(m.reach),
-                                     &stamp, &position));
+    return done(wire::Payload::Guidance, wire::CreateGuidance(builder_, partner, m.guides, static_cast<std::uint8_t>(m.hand),
+                                                              packer_.duration(m.reach), &stamp, &position));
   }
   Offset<void> operator()(const Reset& m) { return done(wire::Payload::Reset, wire::CreateReset(builder_, m.resets)); }
   Offset<void> operator()(const Leave&) { return done(wire::Payload::Leave, wire::CreateLeave(builder_)); }
@@ -138,8 +137,7 @@ class BodyWriter {
       const auto turn = tool.orientation ? packer_.turn(*tool.orientation) : wire::Turn();
       const auto station = text(tool.station, kMaxNameBytes);
       const auto guides = tool.guides.empty() ? 0 : text(tool.guides, kMaxNameBytes);
-      views[i] =
-          wire::CreateToolView(builder_, station, &state, tool.orientation ? &turn : nullptr, tool.buttons, guides);
+      views[i] = wire::CreateToolView(builder_, station, &state, tool.orientation ? &turn : nullptr, tool.buttons, guides);
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);

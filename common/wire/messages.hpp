@@ -111,7 +111,7 @@ struct GuidanceReport {
 /// Server -> client: the newest sample of the other hand of a pair. While a guide has no partner it states the reason.
 struct Guidance {
   std::string partner;
-  bool guides = false;  ///< true: the receiver guides the partner; false: it is guided
+  bool guides = false;                       ///< true: the receiver guides the partner; false: it is guided
   GuidanceHand hand = GuidanceHand::absent;  ///< state of the partner
   Micros reach{};                            ///< GuidanceReport::reach of the partner
   Micros stamp{};                            ///< moment of `position`, in the receiver's clock
@@ -129,8 +129,8 @@ struct Beat {
   std::uint32_t ticks_late = 0;  ///< late ticks of the client's haptic loop since it began (client -> server)
   /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not reported.
   std::uint32_t renewed_from = 0;
-  std::uint16_t resets = 0;  ///< number of resets of the body so far (server -> client)
-  SchemeInUse in_use = {};   ///< current scheme of the station, and its reason (server -> client)
+  std::uint16_t resets = 0;      ///< number of resets of the body so far (server -> client)
+  SchemeInUse in_use = {};       ///< current scheme of the station, and its reason (server -> client)
   GuidanceReport guidance = {};  ///< client -> server
 };
 

@@ -141,8 +141,8 @@ struct StationReport {
   std::optional<double> lost_up, lost_down;  ///< share of the newest datagrams in each direction that got lost; empty until known
   std::uint32_t ticks_late = 0;              ///< late ticks of its haptic loop
   StationCounts counts;
-  StationId guided = 0;                     ///< station whose tool it guides now, 0: none
-  double guidance_force_n = 0;              ///< mean force of guidance over the last 0.1 s, as it reports
+  StationId guided = 0;         ///< station whose tool it guides now, 0: none
+  double guidance_force_n = 0;  ///< mean force of guidance over the last 0.1 s, as it reports
 };
 
 /// Encodes the next datagram for a station; returns its bytes, 0 if it does not fit.

@@ -79,9 +79,9 @@ void UdpServer::say(std::size_t room, const GuidanceNews& news) const {
   std::vector<EventField> fields{{"station", news.guide}, {"guided", news.guided}};
   if (news.begins)
     return say(room, "guides", fmt::format("station \"{}\" guides \"{}\"", news.guide, news.guided), std::move(fields));
-  append(fields, {{"lasted_s", seconds(news.lasted)},
-                  {"force_mean_n", news.guide_force_n},
-                  {"guided_force_mean_n", news.guided_force_n}});
+  append(
+      fields,
+      {{"lasted_s", seconds(news.lasted)}, {"force_mean_n", news.guide_force_n}, {"guided_force_mean_n", news.guided_force_n}});
   say(room, "guides_no_more",
       fmt::format("station \"{}\" guided \"{}\" for {:.1f} s; mean force {:.2f} N on the guide, {:.2f} N on the guided hand",
                   news.guide, news.guided, seconds(news.lasted), news.guide_force_n, news.guided_force_n),

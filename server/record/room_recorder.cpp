@@ -121,7 +121,8 @@ void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, 
 /// Adds the links of the stations, and the hold of each that guides another.
 void RoomRecorder::add_links(const std::vector<StationReport>& stations, Micros now) {
   for (const StationReport& s : stations) {
-    writer_.add(RecordedLink{now, s.id, s.rtt.mean, s.rtt.min, s.rtt.jitter, s.patch_age, s.offset, s.link.received, s.link.lost});
+    writer_.add(
+        RecordedLink{now, s.id, s.rtt.mean, s.rtt.min, s.rtt.jitter, s.patch_age, s.offset, s.link.received, s.link.lost});
     const auto guided = s.guided != 0 ? std::ranges::find(stations, s.guided, &StationReport::id) : stations.end();
     if (guided != stations.end())
       writer_.add(RecordedGuidance{now, s.id, s.guided, s.guidance_force_n, guided->guidance_force_n});

@@ -14,8 +14,7 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 bool same_station(const Hello& a, const Hello& b) {
-  return a.station == b.station && a.role == b.role && a.shadow_of == b.shadow_of && a.room == b.room &&
-         a.guides == b.guides;
+  return a.station == b.station && a.role == b.role && a.shadow_of == b.shadow_of && a.room == b.room && a.guides == b.guides;
 }
 
 /// Returns true if both rights could give one name in one room; an empty list of rooms means all.

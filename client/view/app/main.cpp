@@ -71,10 +71,12 @@ void check(const CLI::App& app, const ViewOptions& options) {
     throw InputError("--token", "without --key", "the key that it was issued for");
   if (!options.touch.empty() && options.offscreen())
     throw InputError("--touch", "together with --screenshot or --frames", "a window: there is no mouse without one");
-  if (app.count("--guide") > 0 && (options.touch.empty() || options.guide.empty() ||
-                                   options.guide.size() > static_cast<std::size_t>(kMaxNameBytes) || !is_plain_name(options.guide)))
+  if (app.count("--guide") > 0 &&
+      (options.touch.empty() || options.guide.empty() || options.guide.size() > static_cast<std::size_t>(kMaxNameBytes) ||
+       !is_plain_name(options.guide)))
     throw InputError("--guide", options.touch.empty() ? "without --touch" : "is no name",
-                     options.touch.empty() ? "the mouse as a station, which guides" : fmt::format("1 to {} bytes of {}", kMaxNameBytes, kNameCharacters));
+                     options.touch.empty() ? "the mouse as a station, which guides"
+                                           : fmt::format("1 to {} bytes of {}", kMaxNameBytes, kNameCharacters));
   if (options.look.patch && options.touch.empty())
     throw InputError("--patch", "without --touch", "a hand of this viewer's own, whose patches it has");
 }

@@ -15,6 +15,7 @@ ClientOptions options_of(const std::string& station, const std::string& room, co
   options.hello.alike = station == TouchStation::kName;
   options.hello.room = room;
   options.hello.guides = guides;
+  options.refuses_guidance = true;  // a mouse cannot be moved
   options.hello.scheme = std::nullopt;
   return options;
 }

@@ -120,7 +120,8 @@ TEST_CASE("what belongs to guidance goes there and back, is absent where nobody 
   CHECK(guidance.reach == sent.reach);
   CHECK(guidance.stamp == sent.stamp);
   CHECK(distance_max(guidance.position, sent.position) <= 0x1p-28);
-  Tools tools{1, Micros{2}, 0, {{"OR 3", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "OR 1"}, {"OR 1", Vec3::Zero(), Vec3::Zero(), false}}};
+  Tools tools{
+      1, Micros{2}, 0, {{"OR 3", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "OR 1"}, {"OR 1", Vec3::Zero(), Vec3::Zero(), false}}};
   CHECK(round_trip(tools).tools[0].guides == "OR 1");
   CHECK(round_trip(tools).tools[1].guides.empty());
   Message out;

@@ -17,8 +17,8 @@ bool sensible(const std::string& s) {
 /// Returns true if an accepted message keeps the ranges that docs/reference/wire.md promises.
 struct Sensible {
   bool operator()(const Hello& m) const {
-    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && sensible(m.guides) && m.scheme <= Scheme::hyper &&
-           m.role <= Role::viewer;
+    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && sensible(m.guides) &&
+           m.scheme <= Scheme::hyper && m.role <= Role::viewer;
   }
   bool operator()(const Welcome& m) const {
     return sensible(m.scene) && sensible(m.home, kWorldExtentM) && m.rate_hz >= kMinRateHz && m.rate_hz <= kMaxRateHz &&

@@ -255,7 +255,8 @@ inline std::vector<Message> every_kind() {
   guide.guides = "OR 1";
   all.push_back(message(guide));
   all.push_back(message(Beat{.guidance = {GuidanceHand::released, Micros{123'456}, 1.25}}));
-  all.push_back(message(Guidance{"OR 1", true, GuidanceHand::holds, Micros{161'000}, Micros{8'000'000'000}, Vec3(0.1, -0.2, 0.3)}));
+  all.push_back(
+      message(Guidance{"OR 1", true, GuidanceHand::holds, Micros{161'000}, Micros{8'000'000'000}, Vec3(0.1, -0.2, 0.3)}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}, {}};
   for (std::uint32_t i = 0; i < kMaxPieceTriangles; ++i) mesh.triangles.push_back({i, i + 1, 70000 + i});

@@ -11,9 +11,8 @@ struct Room : Bench {
     core.on_guidance([this](const GuidanceNews& n) { news.push_back(n); });
   }
   int count(PeerId peer) const {
-    return static_cast<int>(std::ranges::count_if(sent, [peer](const auto& entry) {
-      return entry.first == peer && std::holds_alternative<Guidance>(entry.second.body);
-    }));
+    return static_cast<int>(std::ranges::count_if(
+        sent, [peer](const auto& entry) { return entry.first == peer && std::holds_alternative<Guidance>(entry.second.body); }));
   }
   Guidance newest(PeerId peer) {
     const auto message = last<Guidance>(peer);
