@@ -115,6 +115,25 @@ Json page_of(const RecordingReader& recording, const RecordingLoss& loss, double
                 : "As it was rendered, every millisecond."}};
 }
 
+/// Reports a time in which one hand guided another.
+void report_guidance(const SessionGuidance& hold, Json& summary, Json& page) {
+  const double lasted_s = hold.to_s - hold.from_s;
+  summary["guidance"].push_back({{"guide", hold.guide},
+                                 {"guided", hold.guided},
+                                 {"from_s", hold.from_s},
+                                 {"duration_s", lasted_s},
+                                 {"guide_force_mean_n", hold.guide_force_n},
+                                 {"guided_force_mean_n", hold.guided_force_n}});
+  page["guidance"].push_back({{"guide", hold.guide},
+                              {"guided", hold.guided},
+                              {"from", fmt::format("{:.1f}", hold.from_s)},
+                              {"lasted", fmt::format("{:.1f}", lasted_s)},
+                              {"guide_force", fmt::format("{:.2f}", hold.guide_force_n)},
+                              {"guided_force", fmt::format("{:.2f}", hold.guided_force_n)}});
+  fmt::print("{} guided {} from {:.1f} s on for {:.1f} s, mean force {:.2f} N on the guide and {:.2f} N on the guided hand\n",
+             hold.guide, hold.guided, hold.from_s, lasted_s, hold.guide_force_n, hold.guided_force_n);
+}
+
 int run_summary(const SessionSummaryFlags& flags) {
   const std::string where = "--recording " + flags.recording;
   const MappedFile file(flags.recording);
@@ -134,6 +153,7 @@ int run_summary(const SessionSummaryFlags& flags) {
   summary["damaged_places"] = loss.places;
   summary["missing_s"] = seconds(loss.time);
   summary["stations"] = Json::object();
+  for (const SessionGuidance& hold : session.guidances) report_guidance(hold, summary, page);
   for (const SessionHand& hand : session.hands) {
     const auto folder = out / folders.of(hand.name);
     const SessionMetrics m = session_metrics(hand, flags.over_n);

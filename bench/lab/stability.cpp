@@ -8,6 +8,7 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/link_flags.hpp"
 #include "bench/lab/stability_body.hpp"
+#include "bench/lab/stability_guided.hpp"
 #include "bench/lab/stability_maps.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
@@ -18,7 +19,7 @@ namespace {
 struct StabilityFlags {
   std::string out, only;
   std::vector<std::string> schemes;
-  bool quick = false, body = false, solid = false, hands = false;
+  bool quick = false, body = false, solid = false, hands = false, guided = false;
   StabilityCube cube() const { return solid ? StabilityCube::solid : StabilityCube::springs; }
   std::uint64_t seed = 1;
   CellFlags cells;
@@ -137,6 +138,7 @@ int run_one(const StabilityFlags& flags) {
 
 int run_stability(const StabilityFlags& flags) {
   if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.cells});
+  if (flags.guided) return run_guided_sweep({flags.quick, flags.seed, flags.out, flags.cells.jobs});
   if (!flags.only.empty()) return run_one(flags);
   const StabilityPlan plan{schemes_named(flags.schemes), cube_stiffness_n_m(), flags.quick, flags.seed};
   const std::vector<StabilityPoint> points = flags.hands ? hands_points(plan) : stability_points(plan);
@@ -152,16 +154,23 @@ void add_stability(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand(
       "stability",
       "find where the loop of hand, device and display is stable, for every scheme; --hands: with several hands on "
-      "the body; --body: where the full model is");
+      "the body; --guided: with a hand that guides another; --body: where the full model is");
   CLI::Option* const body =
       c->add_flag("--body", flags->body, "try the full model alone: extreme bodies, steps and deformations");
-  c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips")
-      ->excludes(body);
+  CLI::Option* const hands =
+      c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips")
+          ->excludes(body);
+  CLI::Option* const guided =
+      c->add_flag("--guided", flags->guided,
+                  "let one hand guide another, in the air and on the body, with round trips of 0 to 300 ms, equal and unequal")
+          ->excludes(body)
+          ->excludes(hands);
   c->add_flag("--solid", flags->solid, "use the cube of finite elements instead of springs");
   c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "try few points of each kind");
   c->add_option("--only", flags->only, "only this point, with its trace: SCHEME,CONTACT,HAND,... as cells.csv begins")
-      ->type_name("POINT");
+      ->type_name("POINT")
+      ->excludes(guided);
   c->add_option("--seed", flags->seed, "seed of the scattered points and the links")->check(whole_number());
   flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and maps")->type_name("DIR")->required();

@@ -50,6 +50,7 @@ Running add_hand(World& world, const LoopHand& hand, std::size_t k, const Closed
   Running running{device.get(), nullptr, hand.intention.position(0.0)};
   ClientOptions client = client_options(options, device->caps());
   client.hello.station = station_name(k);
+  if (hand.guides) client.hello.guides = station_name(*hand.guides);
   device->wait_for_start();
   running.station = &world.add_station(client, std::move(device), hand.link);
   return running;
@@ -59,6 +60,7 @@ Running add_hand(World& world, const LoopHand& hand, std::size_t k, const Closed
 LoopTick tick_of(const TickOutput& out, bool& silent) {
   LoopTick tick;
   tick.patch_age = out.has_patch ? out.patch_age : Micros{-1};
+  tick.guidance = out.guidance;
   tick.hand_over_step_n = out.swapped ? out.hand_over_step_n : 0;
   const double gain = out.has_patch ? out.gain : 0;
   silent = gain < 1 && (silent || out.outlived || !out.has_patch);
@@ -99,6 +101,8 @@ std::vector<ClosedLoopResult> closed_loop(const Scene& scene, std::span<const Lo
   for (std::size_t k = 0; k < hands.size(); ++k) {
     results[k].patches_used = stations[k]->core().haptic().counts().patches_used;
     results[k].guard = stations[k]->core().haptic().guard_counts();
+    results[k].haptic = stations[k]->core().haptic().counts();
+    results[k].guidance_reach = stations[k]->core().haptic().guidance().reach;
   }
   return results;
 }

@@ -12,6 +12,7 @@
 // One call is one run from a fresh world; it shares nothing with other calls, which may run concurrently on other threads.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "bench/world/world.hpp"
@@ -23,8 +24,9 @@ namespace palpate {
 /// One of the hands on the body.
 struct LoopHand {
   Motion intention;
-  SimPhantomOptions device;  ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
-  LinkSpec link;             ///< one way
+  SimPhantomOptions device;                ///< the hand, its release (motion time), quantisation; the seed is that of the tremor
+  LinkSpec link;                           ///< one way
+  std::optional<std::size_t> guides = {};  ///< hand whose tool it guides
 };
 
 struct ClosedLoopOptions {
@@ -44,6 +46,7 @@ struct LoopTick {
   double hand_over_step_n = 0;                            ///< force step at the hand-over in this tick, before the cross-fade
   double gain = 1;  ///< displayed share of the patch's force; 1 unless patches are missing or late
   double kinetic_j = 0, display_j = 0;
+  Vec3 guidance = Vec3::Zero();  ///< part of the force that is the coupling to another hand's tool, before the guard
 };
 
 struct ClosedLoopResult {
@@ -51,6 +54,8 @@ struct ClosedLoopResult {
   bool lost = false;            ///< true: the tool moved further than kLostM from its start, which ended the run of all hands
   std::uint64_t patches_used = 0;
   GuardCounts guard;
+  HapticCounts haptic;
+  Micros guidance_reach{};  ///< longest delay of the other hand's tool in a hold, at the end
 };
 
 inline constexpr double kLostM = 0.2;

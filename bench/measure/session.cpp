@@ -21,6 +21,20 @@ void append(std::vector<Item>& items, const Item& item) {
   if (items.empty() || item.t_s > items.back().t_s) items.push_back(item);
 }
 
+/// Adds a report of a hold, which continues the last one of the same two unless that ended more than kHeldMostS before.
+void add_guidance(Session& session, const std::string& guide, const std::string& guided, double t_s,
+                  const RecordedGuidance& report) {
+  constexpr double kEveryS = 0.25, kHeldMostS = 0.6;  // interval of reports
+  const auto last = std::find_if(session.guidances.rbegin(), session.guidances.rend(),
+                                 [&](const SessionGuidance& g) { return g.guide == guide && g.guided == guided; });
+  const bool goes_on = last != session.guidances.rend() && t_s - last->to_s <= kHeldMostS;
+  SessionGuidance& hold = goes_on ? *last : session.guidances.emplace_back(SessionGuidance{guide, guided, t_s - kEveryS, t_s});
+  ++hold.reports;
+  hold.to_s = t_s;
+  hold.guide_force_n += (report.guide_force_n - hold.guide_force_n) / hold.reports;
+  hold.guided_force_n += (report.guided_force_n - hold.guided_force_n) / hold.reports;
+}
+
 void add_block(Session& session, const RecordingReader& recording, const RecordedBlock& block) {
   const auto since_begin = [&](Micros t) { return seconds(t - recording.begin()); };
   for (const RecordedPath& path : block.paths) {
@@ -31,6 +45,8 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
     append(hand_of(session, recording.name_of(touch.station)).forces, {since_begin(touch.t), touch.force, touch.contact});
   for (const RecordedEvent& event : block.events)
     if (event.kind == RecordedEventKind::reset) session.resets_s.push_back(since_begin(event.t));
+  for (const RecordedGuidance& hold : block.guidances)
+    add_guidance(session, recording.name_of(hold.guide), recording.name_of(hold.guided), since_begin(hold.t), hold);
   for (const RecordedTick& tick : block.ticks) {
     if (tick.broken) continue;
     SessionHand& hand = hand_of(session, recording.head().name);
@@ -71,6 +87,7 @@ Session cut(Session session, double from_s, double to_s) {
     std::erase_if(hand.forces, outside);
   }
   std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });
+  std::erase_if(session.guidances, [&](const SessionGuidance& hold) { return hold.to_s < from_s || hold.from_s > to_s; });
   std::erase_if(session.resets_s, [&](double t_s) { return t_s < from_s || t_s > to_s; });
   return session;
 }

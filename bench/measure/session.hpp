@@ -24,10 +24,19 @@ struct SessionHand {
   std::vector<SessionForce> forces;  ///< ascending
 };
 
+/// A time in which one hand guided another, with the mean forces of the coupling that the two reported.
+struct SessionGuidance {
+  std::string guide, guided;
+  double from_s = 0, to_s = 0;
+  double guide_force_n = 0, guided_force_n = 0;
+  int reports = 0;
+};
+
 struct Session {
-  std::vector<SessionHand> hands;  ///< in the order in which they first moved; a hand that rejoined continues its series
-  std::vector<double> resets_s;    ///< resets of the body, ascending
-  std::size_t blocks_lost = 0;     ///< damaged blocks, whose content is unknown
+  std::vector<SessionHand> hands;          ///< in the order in which they first moved; a hand that rejoined continues its series
+  std::vector<double> resets_s;            ///< resets of the body, ascending
+  std::vector<SessionGuidance> guidances;  ///< in order of their beginnings
+  std::size_t blocks_lost = 0;             ///< damaged blocks, whose content is unknown
 };
 
 Session read_session(const RecordingReader& recording);

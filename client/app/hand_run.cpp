@@ -256,6 +256,7 @@ class Run {
                      : "the server keeps up again");
       slow = now_slow;
       say_scheme(status.in_use);
+      say_guidance(status.guidance);
       if (moving && monotonic_now() > start + options_.motion->duration()) {
         moving = false;
         if (!options_.duration_s) return true;
@@ -316,13 +317,23 @@ class Run {
     say("scheme " + describe(now));
   }
 
+  /// Reports each change of guidance.
+  void say_guidance(const GuidanceStatus& now) {
+    if (now == guidance_said_) return;
+    const std::string before = guidance_text(guidance_said_), text = guidance_text(now);
+    if (!now.partner.empty()) guidance_partner_ = now.partner;
+    guidance_said_ = now;
+    if (!text.empty() && text != before) say(text);
+  }
+
   void report() {
-    RunReport run{options_, {}, nullptr, nullptr, {}};
+    RunReport run{options_, {}, nullptr, nullptr, {}, {}};
     for (auto& station : stations_) {
       ClientCore& core = station->core();
       run.displays.push_back(
           {station->scheme(), felt_name(*station), &core, core.haptic().counts(), core.haptic().guard_counts()});
     }
+    run.guidance_partner = guidance_partner_;
     run.loop = loop_.get();
     run.ticks = log_.get();
     run.realtime = realtime_;
@@ -348,6 +359,8 @@ class Run {
   std::unique_ptr<HapticLoop> loop_;
   RealtimeStatus realtime_;
   SchemeInUse scheme_said_;
+  GuidanceStatus guidance_said_;
+  std::string guidance_partner_;  ///< the last partner
   std::vector<std::string> refusal_said_;
   std::uint32_t halts_said_ = 0;
   Micros other_version_since_ = monotonic_now();

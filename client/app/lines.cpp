@@ -47,6 +47,29 @@ std::string not_ready(const Device& device, const DeviceReading& reading, Micros
                      waited < kRemindEvery ? "" : fmt::format(" after {:.0f} s", seconds(waited)), reading.reason.text());
 }
 
+std::string guidance_text(const GuidanceStatus& guidance) {
+  const std::string& name = guidance.partner;
+  if (name.empty()) return "";
+  if (guidance.own == GuidanceHand::released)
+    return fmt::format("this hand broke away from {}; 1 s within 10 mm of its tool joins the two again", name);
+  switch (guidance.other) {
+    case GuidanceHand::ready:
+    case GuidanceHand::holds:
+      if (!guidance.held()) return fmt::format("guidance with {} begins when both links are measured", name);
+      return guidance.guides ? "this hand guides " + name
+                             : name + " guides this hand; pulling away for 1 s with more than 3 N ends it";
+    case GuidanceHand::released:
+      return name + " broke away";
+    case GuidanceHand::refuses:
+      return name + " refuses guidance";
+    case GuidanceHand::busy:
+      return name + " is guided by another station, or guides one itself";
+    case GuidanceHand::absent:
+      return name + " is not in the room; guidance begins when it is";
+  }
+  return "";
+}
+
 std::string describe(const DeviceNote& note) {
   const std::string reason(note.reason.text());
   switch (note.state) {

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "client/core/client_core.hpp"
 #include "client/io/haptic_loop.hpp"
 
 namespace palpate {
@@ -16,6 +17,8 @@ void say(const std::string& lines);
 void complain(const std::string& lines);
 
 std::string describe(const DeviceNote& note);
+/// Describes the state of guidance; empty while there is nothing to say.
+std::string guidance_text(const GuidanceStatus& guidance);
 /// Says that a device has not been ready for `waited`, and what to do.
 std::string not_ready(const Device& device, const DeviceReading& reading, Micros waited);
 

@@ -29,11 +29,11 @@ struct TypedOfHands {
 /// Flags of one hand, as typed.
 struct Typed {
   std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
-                      compare, passivity = "auto", report, record, realtime = "auto", key, token;
+                      compare, passivity = "auto", guide, report, record, realtime = "auto", key, token;
   int order = 0;
   std::uint64_t seed = 1;
   double contact_stiffness_n_m = 0, coupling_n_s_m = 0;
-  bool check_link = false, reset = false, list_devices = false;
+  bool check_link = false, reset = false, list_devices = false, no_guidance = false;
   std::optional<std::string> check_device;
   std::optional<double> duration_s, release_s;
   std::string workspace, save_workspace;
@@ -113,6 +113,11 @@ void declare(CLI::App& app, Typed& typed, TypedOfHands& each) {
   app.add_option("--coupling-n-s-m", typed.coupling_n_s_m, "damping of the virtual coupling")
       ->check(number_from(0.0, kMostCouplingNSM))
       ->capture_default_str();
+  app.add_option("--guide", typed.guide,
+                 "station of this room whose tool this one guides: a spring over the network holds the two together, and both "
+                 "feel it; with keys, needs the role guide")
+      ->type_name("NAME");
+  app.add_flag("--no-guidance", typed.no_guidance, "let no other station guide this one");
   app.add_option("--report", typed.report, "folder for forces.csv and summary.json of the run")->type_name("DIR");
   app.add_option("--record", typed.record, "record every tick, patch and event to a new file (docs/reference/recording.md)")
       ->type_name("FILE");
@@ -206,10 +211,10 @@ void check_seen(const std::string& flag, const std::string& name) {
   if (!is_plain_name(name)) throw InputError(flag, in_quotes(name, '\'') + " is no name", kNameCharacters);
 }
 
-std::string room_of(const std::string& typed) {
+std::string name_of_other(const std::string& flag, const std::string& typed) {
   if (typed.size() > static_cast<std::size_t>(kMaxNameBytes))
-    throw InputError("--room", "'" + typed + "' is too long", "at most " + std::to_string(kMaxNameBytes) + " bytes");
-  check_seen("--room", typed);
+    throw InputError(flag, "'" + typed + "' is too long", "at most " + std::to_string(kMaxNameBytes) + " bytes");
+  check_seen(flag, typed);
   return typed;
 }
 
@@ -255,6 +260,7 @@ void add_workspace(const Typed& typed, AppOptions& options) {
 AppOptions checked(const Typed& typed, const CLI::App& app) {
   refuse_empty(app, {{"--motion", &typed.motion},
                      {"--compare", &typed.compare},
+                     {"--guide", &typed.guide},
                      {"--key", &typed.key},
                      {"--token", &typed.token},
                      {"--report", &typed.report},
@@ -275,7 +281,10 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.compare = schemes_of("--compare", typed.compare);
   options.station = station_of(typed.station, options.compare);
   options.station_given = app.count("--station") > 0;
-  options.room = room_of(typed.room);
+  options.room = name_of_other("--room", typed.room);
+  options.guides = name_of_other("--guide", typed.guide);
+  if (options.guides == options.station) throw InputError("--guide", "'" + typed.guide + "' is this station", "another station");
+  options.refuses_guidance = typed.no_guidance;
   options.order = order_of(typed.order);
   options.hand = choose<Hand>("--hand", typed.hand,
                               {{"free", *hand_from_name("free")},

@@ -36,7 +36,9 @@ struct AppOptions {
   bool station_given = false;  ///< false: the server may assign a similar name
   std::string room;            ///< empty: the server's first
   SchemeAsked scheme;          ///< empty: the server chooses
-  std::uint16_t order = 0;     ///< 0 = the server's default
+  std::string guides;          ///< station to guide; empty: none
+  bool refuses_guidance = false;
+  std::uint16_t order = 0;  ///< 0 = the server's default
   Hand hand;
   std::uint64_t seed = 1;
   std::optional<double> release_s;  ///< motion time at which the hand releases the device

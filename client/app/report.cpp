@@ -141,6 +141,17 @@ Json display_json(const DisplayReport& display) {
             {"damper_rms_n", guard.damper_rms_n()}}}};
 }
 
+/// Forces of guidance on this hand.
+Json guidance_json(const RunReport& run) {
+  const HapticCounts& haptic = run.displays.front().haptic;
+  return {{"partner", run.guidance_partner},
+          {"guides", !run.options.guides.empty()},
+          {"holds", haptic.holds},
+          {"held_s", static_cast<double>(haptic.guided_ticks) / kHapticRateHz},
+          {"force_mean_n", haptic.guidance_mean_n()},
+          {"force_max_n", haptic.guidance_max_n}};
+}
+
 Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& realtime) {
   const HapticLoopStats& stats = loop.stats();
   return {{"realtime", realtime.granted()},
@@ -192,6 +203,7 @@ void write_summary(const std::filesystem::path& file, const RunReport& run) {
   if (run.loop) summary.update(loop_json(*run.loop, run.ticks, run.realtime));
   summary.update(link_json(*run.displays.front().core));
   summary.update(display_json(run.displays.front()));
+  if (!run.options.guides.empty() || run.displays.front().haptic.holds > 0) summary["guidance"] = guidance_json(run);
   for (std::size_t i = 1; i < run.displays.size(); ++i) {
     Json& compared = summary["compared"][run.displays[i].scheme];
     compared = display_json(run.displays[i]);
@@ -233,6 +245,11 @@ std::string describe(const RunReport& run) {
       out, "guard     {} not finite, {} clamped, {} slew-limited, {} warm, {} too fast, begun again {}; least energy {:.2f} mJ\n",
       felt.guard.not_finite, felt.guard.clamped, felt.guard.slew_limited, felt.guard.heat_limited, felt.guard.too_fast,
       times(felt.guard.restarts), felt.guard.energy_min_j * 1e3);
+  if (felt.haptic.holds > 0)
+    fmt::format_to(out, "guidance  {} {} for {:.1f} s; mean force {:.2f} N, largest {:.2f} N on this hand\n",
+                   run.options.guides.empty() ? "by" : "of", run.guidance_partner,
+                   static_cast<double>(felt.haptic.guided_ticks) / kHapticRateHz, felt.haptic.guidance_mean_n(),
+                   felt.haptic.guidance_max_n);
   if (felt.haptic.softened > 0)
     fmt::format_to(
         out, "stiffness {} patches were stiffer than the device can render, and shown with {:.2f} of their force at the least\n",

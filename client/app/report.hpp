@@ -27,6 +27,7 @@ struct RunReport {
   HapticLoop* loop = nullptr;           ///< stopped; null when the run ended before it began
   const TickLog* ticks = nullptr;       ///< null when no report was requested or no motion began
   RealtimeStatus realtime;
+  std::string guidance_partner;  ///< last partner of a guidance; empty: there was none
 };
 
 /// Writes the columns t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then

@@ -17,6 +17,8 @@ ClientOptions client_options(const AppOptions& options, SchemeAsked scheme, cons
   client.hello.shadow_of = shadow_of;
   client.hello.room = options.room;
   client.coupling = options.coupling;
+  if (shadow_of.empty()) client.hello.guides = options.guides;
+  client.refuses_guidance = options.refuses_guidance;
   return client;
 }
 

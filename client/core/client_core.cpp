@@ -13,6 +13,7 @@ SchemeAsked SchemesFelt::mostly() const {
 ClientCore::ClientCore(const ClientOptions& options, Micros now)
     : ClientSession(options.hello, now),
       ticked_(now),
+      refuses_guidance_(options.refuses_guidance),
       intake_(patch_slot_, options.hello.shadow_of.empty() ? PatchIntake::kFutureMax : PatchIntake::kShadowFutureMax),
       haptic_(patch_slot_, sample_ring_, options.guard, options.coupling) {}
 
@@ -26,7 +27,7 @@ void ClientCore::tick(Micros now) {
     next_send_ = std::max(next_send_ + pace_.interval(), now);  // keeps the cadence when woken late
     next_beat_ = now + kBeatEvery;
   }
-  if (now >= next_beat_ || now >= next_report_) {
+  if (now >= next_beat_ || now >= next_report_ || guidance_report().hand != hand_said_) {
     beat_due_ = true;
     next_beat_ = now + kBeatEvery;
     next_report_ = now + kReportEvery;
@@ -94,6 +95,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   if (const auto* patch = std::get_if<PatchMessage>(&message.body)) take_patch(patch->patch, bytes.size(), now);
   if (const auto* piece = std::get_if<PatchTerms>(&message.body)) take_terms(*piece, bytes.size());
   if (const auto* beat = std::get_if<Beat>(&message.body)) take_beat(*beat, now);
+  if (const auto* guidance = std::get_if<Guidance>(&message.body)) take_guidance(*guidance, now);
 }
 
 /// Clears what holds for one session only.
@@ -171,6 +173,26 @@ void ClientCore::take_beat(const Beat& beat, Micros now) {
   server_pace_.behind_max = std::max(server_pace_.behind_max, beat.behind);
 }
 
+/// A hand that refuses guidance does not rely on the server's relaying none.
+void ClientCore::take_guidance(const Guidance& guidance, Micros now) {
+  if (guidance.guides ? hello().guides != guidance.partner : refuses_guidance_) return;
+  guidance_ = guidance;
+  guidance_at_ = now;
+  const bool willing = guidance.hand == GuidanceHand::ready || guidance.hand == GuidanceHand::holds;
+  haptic_.hear({guidance.stamp, guidance.position, guidance.reach, willing});
+}
+
+GuidanceStatus ClientCore::guidance(Micros now) const {
+  if (!guidance_ || now - guidance_at_ > kPartnerGone) return {};
+  return {guidance_->partner, guidance_->guides, guidance_->hand, haptic_.guidance().hand};
+}
+
+GuidanceReport ClientCore::guidance_report() const {
+  GuidanceReport report = haptic_.guidance();
+  if (refuses_guidance_ && report.hand == GuidanceHand::ready && hello().guides.empty()) report.hand = GuidanceHand::refuses;
+  return report;
+}
+
 /// Renews the patch in use, unless it is older than the oldest patch that the beat renews.
 void ClientCore::renew(const Beat& beat, Micros now) {
   const std::uint32_t playing = intake_.playing();
@@ -185,6 +207,8 @@ void ClientCore::stop_force() {
   vouched_ = false;
   pause_.interrupt();
   haptic_.server_until(Micros::min());
+  guidance_.reset();
+  haptic_.hear({});
 }
 
 std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
@@ -192,8 +216,14 @@ std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {
   if (!joined()) return 0;
   if (send_due_)
     if (const auto size = emit_samples(out, now)) return size;
-  if (std::exchange(beat_due_, false)) return say(Beat{.link = link_report(), .ticks_late = haptic_.late_ticks()}, out, now);
+  if (std::exchange(beat_due_, false)) return emit_beat(out, now);
   return 0;
+}
+
+std::size_t ClientCore::emit_beat(std::span<std::byte> out, Micros now) {
+  const GuidanceReport guidance = guidance_report();
+  hand_said_ = guidance.hand;
+  return say(Beat{.link = link_report(), .ticks_late = haptic_.late_ticks(), .guidance = guidance}, out, now);
 }
 
 /// Sends the oldest unsent samples, as many as fit, after some that were sent already: a lost datagram costs nothing.

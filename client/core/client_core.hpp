@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -25,7 +26,8 @@ namespace palpate {
 struct ClientOptions {
   Hello hello;  ///< name, scheme, order, shadow_of
   GuardLimits guard;
-  CouplingParameters coupling;  ///< between device and virtual tool; no stiffness: no coupling
+  CouplingParameters coupling;    ///< between device and virtual tool; no stiffness: no coupling
+  bool refuses_guidance = false;  ///< true: nobody may guide this hand
 };
 
 inline constexpr Micros kBeatEvery{50'000};     ///< interval when there are no samples to send
@@ -41,6 +43,16 @@ struct TouchCounts {
 };
 
 struct ClientCounts : ClientTraffic, TouchCounts {};
+
+/// The pair of a guidance, as far as it concerns this hand.
+struct GuidanceStatus {
+  std::string partner;                        ///< empty: there is none
+  bool guides = false;                        ///< true: this hand guides the partner
+  GuidanceHand other = GuidanceHand::absent;  ///< state of the partner
+  GuidanceHand own = GuidanceHand::ready;
+  bool held() const { return own == GuidanceHand::holds && other == GuidanceHand::holds; }
+  bool operator==(const GuidanceStatus&) const = default;
+};
 
 /// Frame rate that the room achieves (0: not reported yet), and the age of its newest state at the time it was computed.
 struct ServerPace {
@@ -88,6 +100,8 @@ class ClientCore : public ClientSession {
   }  ///< the haptic thread's samples that have been handed over
   /// True when the newest server message said that a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
+  /// State of guidance; there is no partner when nothing has come about it for a second.
+  GuidanceStatus guidance(Micros now) const;
   /// The server's newest report of its own pace.
   const ServerPace& server_pace() const { return server_pace_; }
   /// The scheme that the server last reported for this station; `unknown` when the server reports none.
@@ -98,6 +112,7 @@ class ClientCore : public ClientSession {
  private:
   static constexpr std::size_t kUnsentMost = 1024;  ///< samples that wait for being sent; older ones are not sent any more
   static constexpr Micros kDrainEvery{100'000};     ///< longest interval; the ring between the threads holds a second
+  static constexpr Micros kPartnerGone{1'000'000};  ///< silence after which there is no partner of a guidance
 
   void drain();
   void drain_hold();
@@ -107,9 +122,12 @@ class ClientCore : public ClientSession {
   void take_patch(const Patch& patch, std::size_t bytes, Micros now);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
+  void take_guidance(const Guidance& guidance, Micros now);
+  GuidanceReport guidance_report() const;
   void renew(const Beat& beat, Micros now);
   void stop_force();
   bool has_unsent() const { return unsent_ > 0 && hello().shadow_of.empty(); }
+  std::size_t emit_beat(std::span<std::byte> out, Micros now);
   std::size_t emit_samples(std::span<std::byte> out, Micros now);
 
   LongestPause pause_;
@@ -128,6 +146,10 @@ class ClientCore : public ClientSession {
   Orientation orientation_;                   ///< newest orientation
   std::vector<ButtonChange> button_changes_;  ///< newest last, kMaxButtonChanges at most; every datagram of samples repeats them
   Patch last_patch_;
+  bool refuses_guidance_;
+  std::optional<Guidance> guidance_;  ///< newest message about guidance
+  Micros guidance_at_{};
+  GuidanceHand hand_said_ = GuidanceHand::ready;  ///< state in the last Beat
   TouchCounts counts_;
 
   // hand-offs to and from the haptic thread

@@ -57,6 +57,8 @@ void HapticTick::restart() noexcept {
   fade_offset_ = Vec3::Zero();
   fade_left_ = 0;
   damper_.restart();
+  coupled_hand_.restart();
+  guidance_ = Vec3::Zero();
 }
 
 /// Restarts after a gap. A patch that is too old by then is discarded: its prediction for the gap is worthless, and there is no
@@ -144,8 +146,9 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
 /// Moves the virtual tool, substitutes it for the device and returns the force on the device.
 Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
   if (recent_.empty()) tool_ = {sample.position, Vec3::Zero(), sample.position};
-  const double stiffness = environment_.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
-  const Vec3 force = couple(coupling_, tool_, sample.position, {environment_, stiffness}, dt_s);
+  const double of_patch = environment_.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
+  const double stiffness = of_patch + coupled_hand_.stiffness_n_m() + coupled_hand_.damping_n_s_m() / dt_s;
+  const Vec3 force = couple(coupling_, tool_, sample.position, {environment_ + guidance_, stiffness}, dt_s);
   sample.position = tool_.position;
   return force;
 }
@@ -173,6 +176,27 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& 
   if (gain_ < 1) ++counts_.faded_ticks;
   out.gain = felt ? gain_ : 1;
   return gain_ * guard_.clamped(force);
+}
+
+/// Returns the force of guidance, and notes it for the network thread.
+Vec3 HapticTick::guidance_force(const ToolSample& sample, double dt_s) noexcept {
+  constexpr double kMeanS = 0.1;
+  if (const PartnerTool* const partner = partners_.take()) coupled_hand_.hear(*partner, sample.t);
+  const bool held = coupled_hand_.hand() == GuidanceHand::holds;
+  const Vec3 force = coupled_hand_.tick(sample, dt_s);
+  const double norm = force.norm();
+  guidance_mean_n_ += dt_s / (kMeanS + dt_s) * (norm - guidance_mean_n_);
+  const GuidanceHand hand = coupled_hand_.hand();
+  if (hand == GuidanceHand::holds) {
+    counts_.holds += !held;
+    ++counts_.guided_ticks;
+    counts_.guidance_sum_n += norm;
+    counts_.guidance_max_n = std::max(counts_.guidance_max_n, norm);
+  }
+  guidance_hand_.store(static_cast<std::uint8_t>(hand), std::memory_order_relaxed);
+  guidance_reach_us_.store(from_seconds(coupled_hand_.reach_s()).count(), std::memory_order_relaxed);
+  guidance_force_n_.store(guidance_mean_n_, std::memory_order_relaxed);
+  return force;
 }
 
 TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
@@ -204,8 +228,12 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
       renew(renewed, sample.t);
   recent_.add(sample);
   if (has_player_) environment_ = patch_force(sample, seconds(std::max(passed, Micros{1})), out);
-  out.model_force = coupled ? coupling_force : environment_;
-  out.force = guard_.pass(out.model_force, device_, seconds(passed));
+  // The virtual tool passes the force of guidance on to the device a tick later.
+  const Vec3 led = guidance_;
+  guidance_ = guidance_force(sample, seconds(std::max(passed, Micros{1})));
+  out.guidance = coupled ? led : guidance_;
+  out.model_force = coupled ? Vec3(coupling_force - led) : environment_;
+  out.force = guard_.pass(out.model_force, device_, seconds(passed), out.guidance);
   return out;
 }
 

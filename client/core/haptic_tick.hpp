@@ -14,6 +14,8 @@
 // Beyond any of these the patch fades like one that is too old. After a gap of more than Guard::kGapMaxS between ticks, and after
 // restart(), the force begins at zero, and a patch that has become too old meanwhile is discarded.
 //
+// The force of a partner's guidance (guidance.hpp) acts on the same tool; it depends neither on a patch nor on its age.
+//
 // Where other tools touch the body, a damper is added to the patch's force (hands_damper.hpp).
 //
 // Where the device can render a stiffness of k_max and the patch has more, k (stiffness_of_port), the force is scaled by k_max /
@@ -25,6 +27,7 @@
 
 #include <atomic>
 
+#include "client/core/guidance.hpp"
 #include "client/core/hands_damper.hpp"
 #include "client/core/tool_hold.hpp"
 #include "client/guard/guard.hpp"
@@ -46,7 +49,8 @@ inline bool in_world(const Vec3& position) noexcept {
 
 struct TickOutput {
   Vec3 force = Vec3::Zero();        ///< force for the device to render, after the guard [N]
-  Vec3 model_force = Vec3::Zero();  ///< force before the guard [N]
+  Vec3 model_force = Vec3::Zero();  ///< force before the guard, without guidance [N]
+  Vec3 guidance = Vec3::Zero();     ///< force of guidance before the guard [N]
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};           ///< now minus patch_stamp
@@ -70,6 +74,10 @@ struct HapticCounts {
   std::uint64_t softened = 0;  ///< patches whose force was scaled down because they are stiffer than the device can render
   double softened_most = 1;    ///< smallest scale used
   double hand_over_step_max_n = 0;
+  // guidance
+  std::uint64_t guided_ticks = 0, holds = 0;      ///< ticks with its force; times that it began
+  double guidance_sum_n = 0, guidance_max_n = 0;  ///< sum of the norms over these ticks; the largest
+  double guidance_mean_n() const { return guided_ticks > 0 ? guidance_sum_n / static_cast<double>(guided_ticks) : 0; }
 };
 
 class HapticTick {
@@ -94,6 +102,16 @@ class HapticTick {
   void renew_to(Micros stamp) noexcept { renewed_to_us_.store(stamp.count(), std::memory_order_relaxed); }
   /// The tool's orientation and buttons, which the haptic thread leaves for the network thread.
   ToolHold& hold() noexcept { return hold_; }
+  /// Passes on a message about the partner of a guidance. Any thread, one at a time.
+  void hear(const PartnerTool& partner) noexcept {
+    partners_.back() = partner;
+    partners_.publish();
+  }
+  /// Returns the state of guidance. Any thread.
+  GuidanceReport guidance() const noexcept {
+    return {static_cast<GuidanceHand>(guidance_hand_.load(std::memory_order_relaxed)),
+            Micros{guidance_reach_us_.load(std::memory_order_relaxed)}, guidance_force_n_.load(std::memory_order_relaxed)};
+  }
   /// Notes that the haptic thread woke late for this tick.
   void note_late() noexcept { late_ticks_.store(late_ticks() + 1, std::memory_order_relaxed); }
   /// Number of late ticks. Any thread.
@@ -118,6 +136,7 @@ class HapticTick {
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
   Vec3 couple_to_tool(ToolSample& sample, double dt_s) noexcept;
   Vec3 patch_force(const ToolSample& sample, double dt_s, TickOutput& out) noexcept;
+  Vec3 guidance_force(const ToolSample& sample, double dt_s) noexcept;
 
   LatestSlot<PatchPlayer>& patches_;
   SampleRing& samples_;
@@ -135,9 +154,16 @@ class HapticTick {
   int fade_left_ = 0;
   double gain_ = 0;
   HandsDamper damper_;
+  GuidanceCoupling coupled_hand_;
+  Vec3 guidance_ = Vec3::Zero();  ///< its force on the virtual tool [N]
+  double guidance_mean_n_ = 0;    ///< norm of that, low-passed
   double age_mean_us_ = 0, age_deviation_us_ = 0;
   std::atomic<std::int64_t> horizon_us_{0}, renewed_to_us_{Micros::min().count()}, server_until_us_{Micros::max().count()};
   std::atomic<std::uint32_t> late_ticks_{0};
+  LatestSlot<PartnerTool> partners_;
+  std::atomic<std::uint8_t> guidance_hand_{0};
+  std::atomic<std::int64_t> guidance_reach_us_{0};
+  std::atomic<double> guidance_force_n_{0};
   ToolHold hold_;
   HapticCounts counts_;
 };

@@ -7,7 +7,7 @@ namespace palpate {
 
 Guard::Guard(const GuardLimits& limits) : limits_(limits), heat_(limits.force_max_n, limits.force_continuous_n) {}
 
-Vec3 Guard::pass(const Vec3& force, const Vec3& tool_position, double dt_s) noexcept {
+Vec3 Guard::pass(const Vec3& force, const Vec3& tool_position, double dt_s, const Vec3& guidance) noexcept {
   if (!(dt_s > 0) || !std::isfinite(dt_s)) return last_force_;
   heat_.hold(last_force_.norm(), dt_s);
   if (dt_s > kGapMaxS) restart();
@@ -16,11 +16,11 @@ Vec3 Guard::pass(const Vec3& force, const Vec3& tool_position, double dt_s) noex
   if (seen) last_position_ = tool_position;
   has_position_ = seen;
   const bool runs_off = too_fast(dx, dt_s);
-  const Vec3 shown = share_ * clamped(force);
+  const Vec3 shown = share_ * clamped(force), led = share_ * finite(guidance);
   share_ = std::clamp(share_ + (runs_off ? -1.0 / kStopTicks : 1.0 / kRampTicks), 0.0, 1.0);
   const Vec3 damper = passive(shown, dx, dt_s);
-  const Vec3 out = finite(slewed(limited(shown + damper), dt_s));
-  passivity_.rendered(out, damper);
+  const Vec3 out = finite(slewed(limited(shown + damper + led), dt_s));
+  passivity_.rendered(out - led, damper);
   if (limits_.passivity != PassivityMode::off) counts_.energy_min_j = std::min(counts_.energy_min_j, passivity_.energy_j());
   last_force_ = out;
   return out;

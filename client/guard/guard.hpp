@@ -4,6 +4,11 @@
 // and never enters the limiter's memory; a tool position that is not finite makes the limiter skip the tick. A tick whose length
 // is not a positive number leaves the force unchanged.
 //
+// The force of a partner that guides the tool (client/core/guidance.hpp) is added after the limiter, and its work is not in the
+// limiter's account: it is that of the other hand, which may lead this one for as long as it likes, where a display of a body
+// may not. Its own damper makes the two ends together passive, and its force is bounded there. Finite check, ramp, second clamp
+// and slew limit apply to the sum.
+//
 // Clamp: the peak force, or what the motors can still sustain (motor_heat.hpp). Slew: a tick allows slew_max_n_s times its
 // length, but at most times kSlewTickMaxS: a late tick is no reason for a step. Ramp: a factor of the force, 1 in ordinary use.
 // It is 0 after restart() and after a gap of more than kGapMaxS between two ticks, because what the device shows is then unknown:
@@ -49,9 +54,9 @@ struct GuardCounts {
 class Guard {
  public:
   explicit Guard(const GuardLimits& limits = {});
-  /// Runs one tick: requested force on the tool [N], position of the tool [m], length of the tick [s]. Returns the force to
-  /// write.
-  Vec3 pass(const Vec3& force, const Vec3& tool_position, double dt_s) noexcept;
+  /// Runs one tick: requested force on the tool [N], position of the tool [m], length of the tick [s], force of a partner's
+  /// guidance [N]. Returns the force to write.
+  Vec3 pass(const Vec3& force, const Vec3& tool_position, double dt_s, const Vec3& guidance = Vec3::Zero()) noexcept;
   /// Applies the clamp alone, counted like that of pass(), to a force that is faded before it is passed. Zero for a force that is
   /// not finite.
   Vec3 clamped(const Vec3& force) noexcept;

@@ -41,6 +41,7 @@ struct ClientStatus {
   std::uint64_t joins = 0;
   ServerPace pace;
   SchemeInUse in_use;
+  GuidanceStatus guidance;
   bool nobody_listens = false;  ///< the server's machine reports that nothing listens at its port, and nothing came since
   std::string fault;            ///< error that ended the network thread; empty while it runs
 };

@@ -42,7 +42,9 @@ void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
       pen.list.AddCircle({left + r, cy}, r - 0.5F * pen.scale, packed(station_color(sight.hue(i))), 24, 1.6F * pen.scale);
     }
     const float x = left + 18 * pen.scale + pen.text(left + 18 * pen.scale, y, 15, pen.theme.ink, tool.station);
-    pen.text(x + 9 * pen.scale, y, 15, pen.theme.ink_soft, tool.contact ? felt(sight, i, 2) : std::string("free"));
+    std::string state = tool.contact ? felt(sight, i, 2) : std::string("free");
+    if (!tool.guides.empty()) state += ", guides " + tool.guides;
+    pen.text(x + 9 * pen.scale, y, 15, pen.theme.ink_soft, state);
     y += 23 * pen.scale;
   }
 }
@@ -55,6 +57,29 @@ void draw_label(const Pen& pen, const std::string& words, float x, float y) {
   pen.list.AddRectFilled({x - pad, y - 2.5F * pen.scale}, {x + w + pad, y + 20 * pen.scale},
                          packed(pen.theme.background_bottom, 0.80F), 5 * pen.scale);
   pen.text(x, y, 16, pen.theme.ink, words);
+}
+
+/// Draws a line from each tool that guides to the tool that it guides, with an arrow head in the middle.
+void draw_guidance(const Pen& pen, const Sight& sight, const Camera& camera) {
+  const Eigen::Matrix4f view_projection = camera.projection(pen.width / pen.height) * camera.view();
+  for (std::size_t i = 0; i < sight.tools.size(); ++i) {
+    const ToolView& guide = sight.tools[i];
+    const auto guided = std::ranges::find(sight.tools, guide.guides, &ToolView::station);
+    if (guide.guides.empty() || guided == sight.tools.end()) continue;
+    const Vec3f from = to_pixels(view_projection, guide.position.cast<float>(), pen.width, pen.height);
+    const Vec3f to = to_pixels(view_projection, guided->position.cast<float>(), pen.width, pen.height);
+    if (from.z() > 1 || to.z() > 1) continue;
+    const ImU32 color = packed(station_color(sight.hue(i)));
+    pen.list.AddLine({from.x(), from.y()}, {to.x(), to.y()}, packed(Vec3f::Ones(), 0.6F), 5.0F * pen.scale);
+    pen.list.AddLine({from.x(), from.y()}, {to.x(), to.y()}, color, 2.4F * pen.scale);
+    const Eigen::Vector2f way = (to - from).head<2>();
+    const float side = 6 * pen.scale;
+    if (way.norm() < 4 * side) continue;
+    const Eigen::Vector2f along = way.normalized(), across(-along.y(), along.x());
+    const Eigen::Vector2f tip = from.head<2>() + 0.5F * way + side * along, foot = tip - 2 * side * along;
+    const Eigen::Vector2f left = foot + side * across, right = foot - side * across;
+    pen.list.AddTriangleFilled({tip.x(), tip.y()}, {left.x(), left.y()}, {right.x(), right.y()}, color);
+  }
 }
 
 void draw_contacts(const Pen& pen, const Sight& sight, const Camera& camera) {
@@ -209,6 +234,7 @@ void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& cam
                 io.DisplaySize.y - below};
   draw_head(pen, sight, caption);
   draw_patch(pen, sight, camera);
+  draw_guidance(pen, sight, camera);
   draw_contacts(pen, sight, camera);
   draw_legends(pen, sight, look);
   draw_scales(pen, sight, camera, caption);

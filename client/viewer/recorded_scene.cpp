@@ -11,6 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr Micros kLinkHolds{1'000'000};  // age beyond which a link's report is out of date
+constexpr Micros kGuidesFor{400'000};    // age beyond which a hold has ended: reports come every 250 ms
 constexpr Micros kLossOver{10'000'000};  // time over which losses are counted
 constexpr Micros kCostOver{1'000'000};   // time over which frames are averaged
 constexpr Micros kFarFrames{250'000};    // frames farther apart are not joined by a motion
@@ -69,6 +70,7 @@ RecordedScene::RecordedScene(const RecordingReader& recording, const std::string
     sort_by_time(hand.links);
     sort_by_time(hand.turns);
     sort_by_time(hand.buttons);
+    sort_by_time(hand.guidances);
   }
   make_course();
 }
@@ -87,6 +89,7 @@ void RecordedScene::take(const RecordedBlock& block, std::size_t k) {
   for (const RecordedLink& link : block.links) hands_[link.station].links.push_back(link);
   for (const RecordedTurn& turn : block.turns) hands_[turn.station].turns.push_back(turn);
   for (const RecordedButtons& change : block.buttons) hands_[change.station].buttons.push_back(change);
+  for (const RecordedGuidance& hold : block.guidances) hands_[hold.guide].guidances.push_back(hold);
 }
 
 void RecordedScene::take_events(const RecordedBlock& block) {
@@ -181,6 +184,8 @@ std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
       tool.contact = s < 0.5 ? a->contact : b->contact;
     }
     hold_at(hand, t, tool);
+    if (const auto hold = last_until(hand.guidances, t); hold != hand.guidances.end() && t - hold->t <= kGuidesFor)
+      tool.guides = recording_.name_of(hold->guided);
     tools.push_back(std::move(tool));
   }
   return tools;

@@ -65,6 +65,7 @@ class RecordedScene {
     std::vector<RecordedLink> links;
     std::vector<RecordedTurn> turns;
     std::vector<RecordedButtons> buttons;
+    std::vector<RecordedGuidance> guidances;  ///< those in which it guides
   };
 
   void take(const RecordedBlock& block, std::size_t k);

@@ -45,7 +45,7 @@ Rights rights_given(const Options& o, const char* where_name) {
   rights.rooms = o.rooms;
   rights.kbit_s = o.kbit_s;
   rights.streams = o.streams;
-  if (!read_roles(o.roles, rights)) throw InputError("--role", "\"" + o.roles + "\" is no role", "hand, viewer, or hand,viewer");
+  if (!read_roles(o.roles, rights)) throw InputError("--role", "\"" + o.roles + "\" is no role", kRolesExpected);
   // The limits of key files apply to tokens, too.
   parse_keys(station_line(PublicKey{}, rights), "--room");
   return rights;
@@ -115,8 +115,11 @@ void issue(const Options& o) {
 }
 
 void add_rights(CLI::App& app, Options& o) {
-  app.add_option("--role", o.roles, "roles that the station may have: a hand touches, a viewer watches")
-      ->type_name("hand|viewer|hand,viewer")
+  app.add_option("--role", o.roles,
+                 "roles that the station may have, separated by commas: a hand touches, a viewer watches, a hand that is also a "
+                 "guide may lead "
+                 "the hands of others")
+      ->type_name("hand|viewer|hand,viewer|hand,guide|...")
       ->capture_default_str();
   app.add_option("--room", o.rooms, "room that the station may join; repeated for further rooms; default: any")
       ->type_name("NAME")

@@ -293,6 +293,11 @@ std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::
   each(table->buttons(), sense, [&](const record::Buttons& b) {
     block.buttons.push_back({base + Micros{b.at()}, b.station(), b.pressed()});
   });
+  each(table->guidances(), sense, [&](const record::Guidance& g) {
+    sense.number(g.guide_force(), 0, kMaxForceN);
+    sense.number(g.guided_force(), 0, kMaxForceN);
+    block.guidances.push_back({base + Micros{g.at()}, g.guide(), g.guided(), g.guide_force(), g.guided_force()});
+  });
   each(table->events(), sense, [&](const record::Event& event) { block.events.push_back(event_of(event, base, sense)); });
   each(table->links(), sense, [&](const record::Link& l) {
     block.links.push_back({base + Micros{l.at()}, l.station(), Micros{l.rtt()}, Micros{l.rtt_min()}, Micros{l.jitter()},

@@ -133,6 +133,13 @@ struct RecordedButtons {
   std::uint32_t pressed = 0;  ///< bit n: button n
 };
 
+/// A hold in which one station guides the other, four times a second.
+struct RecordedGuidance {
+  Micros t{};
+  StationId guide = 0, guided = 0;
+  double guide_force_n = 0, guided_force_n = 0;  ///< of the coupling on each tool, mean over 0.1 s, as the two report
+};
+
 /// A datagram with a patch or its terms, as received.
 struct RecordedPacket {
   Micros t{};
@@ -169,6 +176,7 @@ struct RecordedBlock {
   std::vector<RecordedTurn> turns;
   std::vector<RecordedButtons> buttons;
   std::vector<RecordedCheckpoint> checkpoints;
+  std::vector<RecordedGuidance> guidances;
 };
 
 }  // namespace palpate

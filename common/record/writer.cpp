@@ -257,6 +257,14 @@ void RecordingWriter::add(const RecordedButtons& b) {
   state_->pressed[b.station] = b.pressed;
 }
 
+void RecordingWriter::add(const RecordedGuidance& g) {
+  pack::Packer packer;
+  const float guide = packer.number(g.guide_force_n), guided = packer.number(g.guided_force_n);
+  if (!packer.ok()) return;
+  const std::int32_t at = state_->at(g.t, sizeof(record::Guidance));
+  state_->block.guidances.emplace_back(at, g.guide, g.guided, guide, guided);
+}
+
 void RecordingWriter::add(const RecordedPacket& packet) {
   auto table = std::make_unique<record::PacketT>();
   table->at = state_->at(packet.t, packet.bytes.size());

@@ -35,6 +35,7 @@ class RecordingWriter {
   // Each block begins with the newest of these of every station that has not left, so that it can be read by itself.
   void add(const RecordedTurn& turn);
   void add(const RecordedButtons& buttons);
+  void add(const RecordedGuidance& guidance);
 
   /// Adds a checkpoint; one with a number that cannot be encoded is skipped: there is an earlier one.
   void add(const RecordedCheckpoint& checkpoint);

@@ -1,6 +1,7 @@
 #include "common/trust/key_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <charconv>
 #include <optional>
@@ -131,8 +132,8 @@ void read_station(KeyLine& line, KeyFile& keys, StationNames& names) {
   Rights rights;
   rights.name = line.word("the station's name, for example \"OR 3\"");
   if (!fits_name(rights.name)) line.fail("the name " + in_quotes(rights.name), kNameExpected);
-  const std::string roles = line.word("hand, viewer, or hand,viewer");
-  if (!read_roles(roles, rights)) line.fail(in_quotes(roles) + " is no role", "hand, viewer, or hand,viewer");
+  const std::string roles = line.word(kRolesExpected);
+  if (!read_roles(roles, rights)) line.fail(in_quotes(roles) + " is no role", kRolesExpected);
   while (line.more()) read_limit(line, line.word(""), rights);
   if (const auto other = names.like(rights.name))
     line.fail(in_quotes(rights.name) + " and " + in_quotes(*other) + " could have the same name",
@@ -184,9 +185,18 @@ bool fits_name(std::string_view text) {
 }
 
 bool read_roles(std::string_view text, Rights& rights) {
-  rights.hand = text == "hand" || text == "hand,viewer" || text == "viewer,hand";
-  rights.viewer = text == "viewer" || text == "hand,viewer" || text == "viewer,hand";
-  return rights.hand || rights.viewer;
+  const std::array<std::pair<std::string_view, bool*>, 3> roles{
+      {{"hand", &rights.hand}, {"viewer", &rights.viewer}, {"guide", &rights.guide}}};
+  for (const auto& [name, role] : roles) *role = false;
+  for (bool more = true; more;) {
+    const std::size_t end = std::min(text.find(','), text.size());
+    const auto role = std::ranges::find(roles, text.substr(0, end), [](const auto& known) { return known.first; });
+    if (role == roles.end() || *role->second) return false;
+    *role->second = true;
+    more = end < text.size();
+    text.remove_prefix(more ? end + 1 : end);
+  }
+  return rights.hand || (rights.viewer && !rights.guide);
 }
 
 KeyFile parse_keys(const std::string& text, const std::string& file) {
@@ -216,6 +226,7 @@ std::string station_line(const PublicKey& key, const Rights& rights) {
   assert(fits_name(rights.name) && std::all_of(rights.rooms.begin(), rights.rooms.end(), fits_name));
   std::string line = "station " + to_text(key) + " \"" + rights.name + "\" ";
   line += rights.hand && rights.viewer ? "hand,viewer" : rights.hand ? "hand" : "viewer";
+  if (rights.guide) line += ",guide";
   for (const std::string& room : rights.rooms) line += " room=\"" + room + "\"";
   if (rights.kbit_s != kKbitUsual) line += " kbit_s=" + std::to_string(rights.kbit_s);
   if (rights.streams != kStreamsUsual) line += " streams=" + std::to_string(rights.streams);

@@ -29,6 +29,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
   sense.name(view_of(table.station()), 1);
   sense.name(view_of(table.shadow_of()), 0);
   sense.name(view_of(table.room()), 0);
+  sense.name(view_of(table.guides()), 0);
   sense.that(to_enum(table.role(), Role::viewer, m.role));
   Scheme scheme{};
   sense.that(to_enum(table.scheme(), Scheme::hyper, scheme));
@@ -38,6 +39,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
   m.station = view_of(table.station());
   m.shadow_of = view_of(table.shadow_of());
   m.room = view_of(table.room());
+  m.guides = view_of(table.guides());
   m.alike = table.alike();
   m.order = table.order();
   return WireFault::none;
@@ -123,14 +125,33 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.ticks_late(),
        table.renewed_from(),
        table.resets(),
-       {Scheme::hold, SchemeReason::unknown, Micros{table.patch_cost()}, Micros{table.patch_limit()}}};
+       {Scheme::hold, SchemeReason::unknown, Micros{table.patch_cost()}, Micros{table.patch_limit()}},
+       {GuidanceHand::ready, Micros{table.reach()}, table.guidance_force()}};
   MessageValidator sense;
   sense.that(to_enum(table.scheme(), Scheme::hyper, m.in_use.scheme));
   sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));
   sense.time(m.body_time);
   sense.number(m.rate_hz, 0, kMaxRateHz);
   sense.that(m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost);
+  sense.that(to_enum(table.guidance(), GuidanceHand::refuses, m.guidance.hand));
+  sense.number(m.guidance.force_n, 0, kMaxForceN);
   return sense.fault();
+}
+
+WireFault read(const wire::Guidance& table, Guidance& m) {
+  if (!table.stamp() || !table.position()) return WireFault::malformed;
+  MessageValidator sense;
+  sense.name(view_of(table.partner()), 1);
+  sense.that(to_enum(table.hand(), GuidanceHand::absent, m.hand));
+  m.stamp = time_of(table.stamp());
+  m.position = pack::from(*table.position());
+  sense.time(m.stamp);
+  sense.position(m.position);
+  if (!sense.ok()) return sense.fault();
+  m.partner = view_of(table.partner());
+  m.guides = table.guides();
+  m.reach = Micros{table.reach()};
+  return WireFault::none;
 }
 
 WireFault read(const wire::Leave&, Leave&) { return WireFault::none; }
@@ -275,8 +296,10 @@ WireFault read(const wire::Tools& table, Tools& m) {
       sense.orientation(*view.orientation);
     }
     view.buttons = tool->buttons();
+    sense.name(view_of(tool->guides()), 0);
     if (!sense.ok()) return sense.fault();
     view.station = view_of(tool->station());
+    view.guides = view_of(tool->guides());
     m.tools.push_back(std::move(view));
   }
   return sense.fault();
@@ -348,6 +371,8 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<Leave>(datagram.payload_as_Leave(), message);
     case wire::Payload::Reset:
       return read_into<Reset>(datagram.payload_as_Reset(), message);
+    case wire::Payload::Guidance:
+      return read_into<Guidance>(datagram.payload_as_Guidance(), message);
     case wire::Payload::MeshRequest:
       return read_into<MeshRequest>(datagram.payload_as_MeshRequest(), message);
     case wire::Payload::MeshPiece:

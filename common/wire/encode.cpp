@@ -36,9 +36,10 @@ class BodyWriter {
     const auto station = text(m.station, kMaxNameBytes);
     const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
     const auto room = m.room.empty() ? 0 : text(m.room, kMaxNameBytes);
+    const auto guides = m.guides.empty() ? 0 : text(m.guides, kMaxNameBytes);
     const auto scheme = static_cast<std::uint8_t>(m.scheme.value_or(kWithoutChoice));
     return done(wire::Payload::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role), scheme, m.order,
-                                                        shadow_of, room, m.alike, !m.scheme));
+                                                        shadow_of, room, m.alike, !m.scheme, guides));
   }
   Offset<void> operator()(const Welcome& m) {
     const auto scene = text(m.scene, kMaxNameBytes);
@@ -78,7 +79,15 @@ class BodyWriter {
                                  m.link.judged, m.link.lost, m.link.longest_run, packer_.duration(m.link.patch_age), m.ticks_late,
                                  m.renewed_from, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
                                  static_cast<std::uint8_t>(m.in_use.reason), packer_.duration(m.in_use.cost),
-                                 packer_.duration(m.in_use.limit)));
+                                 packer_.duration(m.in_use.limit), static_cast<std::uint8_t>(m.guidance.hand),
+                                 packer_.duration(m.guidance.reach), packer_.number(m.guidance.force_n)));
+  }
+  Offset<void> operator()(const Guidance& m) {
+    const auto partner = text(m.partner, kMaxNameBytes);
+    const auto stamp = packer_.time(m.stamp);
+    const auto position = packer_.point(m.position);
+    return done(wire::Payload::Guidance, wire::CreateGuidance(builder_, partner, m.guides, static_cast<std::uint8_t>(m.hand),
+                                                              packer_.duration(m.reach), &stamp, &position));
   }
   Offset<void> operator()(const Reset& m) { return done(wire::Payload::Reset, wire::CreateReset(builder_, m.resets)); }
   Offset<void> operator()(const Leave&) { return done(wire::Payload::Leave, wire::CreateLeave(builder_)); }
@@ -126,8 +135,9 @@ class BodyWriter {
       const ToolView& tool = m.tools[i];
       const wire::ToolState state{packer_.point(tool.position), packer_.vec(tool.force), tool.contact};
       const auto turn = tool.orientation ? packer_.turn(*tool.orientation) : wire::Turn();
-      views[i] = wire::CreateToolView(builder_, text(tool.station, kMaxNameBytes), &state, tool.orientation ? &turn : nullptr,
-                                      tool.buttons);
+      const auto station = text(tool.station, kMaxNameBytes);
+      const auto guides = tool.guides.empty() ? 0 : text(tool.guides, kMaxNameBytes);
+      views[i] = wire::CreateToolView(builder_, station, &state, tool.orientation ? &turn : nullptr, tool.buttons, guides);
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);

@@ -38,6 +38,7 @@ struct Hello {
   /// true: the server may assign a similar name ("hand-2"), given in Welcome, when the name is in use. false: it refuses the
   /// station then.
   bool alike = false;
+  std::string guides = {};  ///< name of a station whose tool this one guides; empty: none
 };
 
 /// Server -> client: joined.
@@ -90,6 +91,33 @@ struct LinkReport {
   Micros patch_age{};  ///< client -> server: age that patches in use reach before the next takes over, 0 = not known
 };
 
+/// State of a hand with regard to guidance: the coupling of its tool to that of another station (client/core/guidance.hpp).
+enum class GuidanceHand : std::uint8_t {
+  ready,     ///< does not object
+  holds,     ///< renders the force of the coupling
+  released,  ///< broke away, and has not come back yet
+  refuses,   ///< does not let itself be guided
+  busy,      ///< has another partner, or guides (server -> client)
+  absent     ///< is not in the room (server -> client)
+};
+
+/// Report of a station about guidance.
+struct GuidanceReport {
+  GuidanceHand hand = GuidanceHand::ready;
+  Micros reach{};      ///< longest delay of its partner's tool in this hold, 0 = unknown
+  double force_n = 0;  ///< mean force of the coupling over the last 0.1 s
+};
+
+/// Server -> client: the newest sample of the other hand of a pair. While a guide has no partner it states the reason.
+struct Guidance {
+  std::string partner;
+  bool guides = false;                       ///< true: the receiver guides the partner; false: it is guided
+  GuidanceHand hand = GuidanceHand::absent;  ///< state of the partner
+  Micros reach{};                            ///< GuidanceReport::reach of the partner
+  Micros stamp{};                            ///< moment of `position`, in the receiver's clock
+  Vec3 position = Vec3::Zero();              ///< tool of the partner
+};
+
 /// Either way: keep-alive and report of the link. Server -> client also when there is no patch to send (no contact in reach), and
 /// occasionally in addition to patches.
 struct Beat {
@@ -101,8 +129,9 @@ struct Beat {
   std::uint32_t ticks_late = 0;  ///< late ticks of the client's haptic loop since it began (client -> server)
   /// Every patch from this seq on is as good as one stamped `body_time` would be (server -> client), 0 = not reported.
   std::uint32_t renewed_from = 0;
-  std::uint16_t resets = 0;  ///< number of resets of the body so far (server -> client)
-  SchemeInUse in_use = {};   ///< current scheme of the station, and its reason (server -> client)
+  std::uint16_t resets = 0;      ///< number of resets of the body so far (server -> client)
+  SchemeInUse in_use = {};       ///< current scheme of the station, and its reason (server -> client)
+  GuidanceReport guidance = {};  ///< client -> server
 };
 
 struct Leave {};
@@ -147,6 +176,7 @@ struct ToolView {
   bool contact = false;
   Orientation orientation = {};  ///< newest one received from the station
   std::uint32_t buttons = 0;     ///< bit n: button n is pressed
+  std::string guides = {};       ///< name of the station whose tool it guides; empty: none
 };
 struct Tools {
   std::uint32_t frame = 0;
@@ -183,7 +213,7 @@ struct Reset {
 };
 
 using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece,
-                             Tools, PatchTerms, ViewState, RoomView, Reset>;
+                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; in a Hello: of the former session, or 0

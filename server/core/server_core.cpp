@@ -52,7 +52,7 @@ bool ServerCore::take_from(Station& station, const Payload& body, Micros now) {
   if (const auto* samples = std::get_if<Samples>(&body))
     take_samples(station, *samples, now);
   else if (const auto* beat = std::get_if<Beat>(&body))
-    station.link.take(*beat);
+    take_beat(station, *beat, now);
   else if (const auto* reset = std::get_if<Reset>(&body))
     take_reset(station, *reset, now);
   else if (const auto* state = std::get_if<ViewState>(&body); state && station.views())
@@ -64,12 +64,18 @@ bool ServerCore::take_from(Station& station, const Payload& body, Micros now) {
   return true;
 }
 
+void ServerCore::take_beat(Station& station, const Beat& beat, Micros now) {
+  station.link.take(beat);
+  if (station.pushes()) guidance_.heard_report(sessions_.stations(), station, beat.guidance, now);
+}
+
 void ServerCore::take_samples(Station& station, const Samples& samples, Micros now) {
   if (!station.pushes()) return;
   patches_.heard_playing(station, samples.playing);
   station.tool.take(samples, station.clock, frames_.body_time(), now, [&](const ButtonChange& change) {
     if (on_buttons_) on_buttons_(station.id, change);
   });
+  guidance_.heard_samples(sessions_.stations(), station, now);
 }
 
 void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
@@ -87,6 +93,7 @@ void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
 
 void ServerCore::tick(Micros now) {
   sessions_.drop_silent(now);
+  guidance_.tick(sessions_.stations(), now);
   if (!frames_.tick(sessions_.stations(), now)) patches_.beat_all(sessions_.stations(), frames_.body(now));
 }
 
@@ -123,6 +130,7 @@ std::size_t ServerCore::emit_to_next(std::span<std::byte> out, PeerId& to, Micro
     emit_after_ = station.id;
     to = station.peer;
     if (const auto size = patches_.emit(stations, station, out, now)) return size;
+    if (const auto size = guidance_.emit(stations, station, out, now)) return size;
     if (!station.views()) continue;
     if (const auto size = views_.emit(stations, station, out, now)) return size;
   }
@@ -161,7 +169,9 @@ std::vector<StationReport> ServerCore::stations() const {
                        lost_from(s),
                        lost_to(s),
                        s.link.ticks_late,
-                       {s.tool.counts(), s.counts}});
+                       {s.tool.counts(), s.counts},
+                       s.guidance.held ? s.guidance.partner : 0,
+                       s.guidance.report.force_n});
   return reports;
 }
 

@@ -11,6 +11,7 @@
 //     FrameScheduler   when a frame begins and which inputs the body gets
 //     PatchSender      messages for the stations from a frame's result
 //     ViewSender       messages for the viewers
+//     GuidanceRelay    messages for stations of which one guides the other
 //
 // A station or viewer may ask for a reset of the body to rest (reset_request.hpp); the next frame that begins performs it. One
 // station may reset twice at once and then twice a minute, a room four times at once and then six times a minute, so that nobody
@@ -29,6 +30,7 @@
 #include <vector>
 
 #include "server/core/frame_scheduler.hpp"
+#include "server/core/guidance_relay.hpp"
 #include "server/core/patch_sender.hpp"
 #include "server/core/sessions.hpp"
 #include "server/core/view_sender.hpp"
@@ -75,6 +77,9 @@ class ServerCore {
   void on_scheme(std::function<void(const std::string& station, const SchemeInUse&)> listener) {
     frames_.detail().on_scheme = std::move(listener);
   }
+
+  /// Sets a listener for the begin and end of guidance.
+  void on_guidance(std::function<void(const GuidanceNews&)> listener) { guidance_.on_guidance = std::move(listener); }
 
   /// Sets the costs of frames that hold until frames have been measured.
   void expect_costs(const FrameCosts::Expected& costs) { frames_.detail().expect(costs); }
@@ -131,6 +136,7 @@ class ServerCore {
   /// Returns false for a message that a server does not accept from such a station.
   bool take_from(Station& station, const Payload& body, Micros now);
   void close(const std::string& why, bool ended, Micros now);
+  void take_beat(Station& station, const Beat& beat, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
   void take_reset(Station& station, const Reset& reset, Micros now);
   std::size_t emit_to_next(std::span<std::byte> out, PeerId& to, Micros now);
@@ -140,6 +146,7 @@ class ServerCore {
   FrameScheduler frames_;
   PatchSender patches_;
   ViewSender views_;
+  GuidanceRelay guidance_;
   RateLimit resets_{4, Micros{10'000'000}};
   StationId emit_after_ = 0;
   DatagramCounts counts_;

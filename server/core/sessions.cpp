@@ -166,6 +166,11 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, const Asker& asker
   if (holder && !gives_way(*holder, asker, now))
     return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
   if (const auto full = lack_of_seats(hello, in_place_of)) return full;
+  if (!hello.guides.empty()) {
+    if (hello.role == Role::viewer || !hello.shadow_of.empty())
+      return Refuse{bad_request, "a station without a tool of its own cannot guide"};
+    if (hello.guides == hello.station) return Refuse{bad_request, "a station cannot guide itself"};
+  }
   if (hello.role == Role::viewer) return std::nullopt;
   const int most_states = most_states_for(hello.scheme, welcome_.contact);
   if (hello.order > most_states || hello.order % 2 != 0)

@@ -43,6 +43,16 @@ struct Outbox {
   bool room = false;                      ///< true while a RoomView is due
 };
 
+/// State of a station with regard to guidance (guidance_relay.hpp).
+struct GuidanceSeat {
+  GuidanceReport report;                         ///< newest one of the station
+  StationId partner = 0;                         ///< station that it guides, or that guides it; 0: none
+  GuidanceHand obstacle = GuidanceHand::absent;  ///< guide: reason why it has no partner; `ready` with one
+  Micros next{};                                 ///< earliest time of its next message
+  bool due = false;                              ///< true while a message is due
+  bool held = false;                             ///< guide: it holds the tool of its partner
+};
+
 struct Station {
   // Sessions
   StationId id = 0;
@@ -92,6 +102,9 @@ struct Station {
   // ViewSender
   ShapeViewer shape;  ///< state of the stream to a viewer
 
+  // GuidanceRelay
+  GuidanceSeat guidance;
+
   // ServerCore
   RateLimit resets{2, Micros{30'000'000}};  ///< limit of its resets of the body
 
@@ -128,6 +141,8 @@ struct StationReport {
   std::optional<double> lost_up, lost_down;  ///< share of the newest datagrams in each direction that got lost; empty until known
   std::uint32_t ticks_late = 0;              ///< late ticks of its haptic loop
   StationCounts counts;
+  StationId guided = 0;         ///< station whose tool it guides now, 0: none
+  double guidance_force_n = 0;  ///< mean force of guidance over the last 0.1 s, as it reports
 };
 
 /// Encodes the next datagram for a station; returns its bytes, 0 if it does not fit.

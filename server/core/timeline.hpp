@@ -28,7 +28,8 @@ class Timeline {
 
   bool empty() const { return entries_.empty(); }
   std::size_t size() const { return entries_.size(); }
-  Micros newest() const { return entries_.newest().t; }  ///< server clock; must not be empty
+  Micros newest() const { return entries_.newest().t; }                       ///< server clock; must not be empty
+  const Vec3& newest_position() const { return entries_.newest().position; }  ///< must not be empty
 
   /// Converts server time to the station's clock. Must not be empty.
   Micros to_station(Micros t_server) const;

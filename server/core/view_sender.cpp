@@ -82,9 +82,12 @@ Tools ViewSender::tools(const Stations& stations, const Station& viewer) const {
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations) {
     if (!station.pushes() || !station.has_shown) continue;
-    bytes += station.hello.station.size() + 92;
+    const auto guided = station.guidance.held ? stations.find(station.guidance.partner) : stations.end();
+    const std::string guides = guided != stations.end() ? guided->second.hello.station : std::string();
+    bytes += station.hello.station.size() + guides.size() + 92;
     if (bytes > kMostNamedBytes) break;
     list.tools.push_back(station.shown);
+    list.tools.back().guides = guides;
   }
   return list;
 }

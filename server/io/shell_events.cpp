@@ -37,6 +37,7 @@ void UdpServer::hear_rooms() {
       say(k, "tool_released", fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
           {{"station", name}, {"station_id", static_cast<double>(station.id)}}, EventLevel::warning);
     });
+    cores_[k].on_guidance([this, k](const GuidanceNews& news) { say(k, news); });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
       say(k, "scheme", fmt::format("station \"{}\": {}", station, describe(in_use)),
           {{"station", station}, {"scheme", std::string(palpate::name_of(in_use.scheme))}});
@@ -72,6 +73,19 @@ void UdpServer::say(std::size_t room, const RecordedEvent& event) const {
   if (!event.text.empty()) fields.push_back({"reason", event.text});
   append(fields, sender_fields());
   say(room, kind, text, std::move(fields));
+}
+
+void UdpServer::say(std::size_t room, const GuidanceNews& news) const {
+  std::vector<EventField> fields{{"station", news.guide}, {"guided", news.guided}};
+  if (news.begins)
+    return say(room, "guides", fmt::format("station \"{}\" guides \"{}\"", news.guide, news.guided), std::move(fields));
+  append(
+      fields,
+      {{"lasted_s", seconds(news.lasted)}, {"force_mean_n", news.guide_force_n}, {"guided_force_mean_n", news.guided_force_n}});
+  say(room, "guides_no_more",
+      fmt::format("station \"{}\" guided \"{}\" for {:.1f} s; mean force {:.2f} N on the guide, {:.2f} N on the guided hand",
+                  news.guide, news.guided, seconds(news.lasted), news.guide_force_n, news.guided_force_n),
+      std::move(fields));
 }
 
 /// Fields with the sender of the datagram that is being processed, if any.

@@ -146,6 +146,7 @@ class UdpServer {
   void say(std::size_t room, std::string kind, const std::string& text, std::vector<EventField> fields = {},
            EventLevel level = EventLevel::info) const;
   void say(std::size_t room, const RecordedEvent& event) const;
+  void say(std::size_t room, const GuidanceNews& news) const;
   RecordedEvent attributed(RecordedEvent event) const;
   std::vector<EventField> sender_fields() const;
   void watch_pace(std::size_t k);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -117,6 +118,17 @@ void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, 
   if (wants_shape_ && !result.positions.empty()) writer_.add_shape(result.stamp, result.positions);
 }
 
+/// Adds the links of the stations, and the hold of each that guides another.
+void RoomRecorder::add_links(const std::vector<StationReport>& stations, Micros now) {
+  for (const StationReport& s : stations) {
+    writer_.add(
+        RecordedLink{now, s.id, s.rtt.mean, s.rtt.min, s.rtt.jitter, s.patch_age, s.offset, s.link.received, s.link.lost});
+    const auto guided = s.guided != 0 ? std::ranges::find(stations, s.guided, &StationReport::id) : stations.end();
+    if (guided != stations.end())
+      writer_.add(RecordedGuidance{now, s.id, s.guided, s.guidance_force_n, guided->guidance_force_n});
+  }
+}
+
 void RoomRecorder::tick(const ServerCore& core, Micros now) {
   const bool slow = core.pace().rate_hz < kSlowBelow * core.options().rate_hz;
   if (slow != std::exchange(slow_, slow)) {
@@ -130,9 +142,7 @@ void RoomRecorder::tick(const ServerCore& core, Micros now) {
   }
   if (now >= next_links_) {
     next_links_ = now + kLinksEvery;
-    for (const StationReport& s : core.stations())
-      writer_.add(
-          RecordedLink{now, s.id, s.rtt.mean, s.rtt.min, s.rtt.jitter, s.patch_age, s.offset, s.link.received, s.link.lost});
+    add_links(core.stations(), now);
   }
   writer_.tick(now);
 }

@@ -29,6 +29,7 @@ class RoomRecorder {
 
  private:
   RecordedTouch touch_of(const StationFrame& frame, Micros stamp) const;
+  void add_links(const std::vector<StationReport>& stations, Micros now);
   void expect_checkpoints_of(double bytes);
   void add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds);
 

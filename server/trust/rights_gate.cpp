@@ -14,7 +14,7 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 bool same_station(const Hello& a, const Hello& b) {
-  return a.station == b.station && a.role == b.role && a.shadow_of == b.shadow_of && a.room == b.room;
+  return a.station == b.station && a.role == b.role && a.shadow_of == b.shadow_of && a.room == b.room && a.guides == b.guides;
 }
 
 /// Returns true if both rights could give one name in one room; an empty list of rooms means all.
@@ -57,6 +57,7 @@ std::optional<Refuse> RightsGate::cap_hello(Hello& hello, ChannelPeer from, cons
     return not_allowed("this key is for room " + joined(rights.rooms));
   if (!hello.shadow_of.empty() && !rights.has_name(hello.shadow_of))
     return not_allowed("\"" + hello.shadow_of + "\" is not a station of this key");
+  if (!hello.guides.empty() && !rights.guide) return not_allowed("this key may not guide others");
   return cap_streams(hello, from, key, rights, now);
 }
 

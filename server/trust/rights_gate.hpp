@@ -1,6 +1,7 @@
 // Limits the requests of messages, between the trust channel and the rooms, to the rights of their sender.
 //
-//     Hello      role, room and name within the rights; a shadow only of a tool of the same key; no more streams than the key has
+//     Hello      role, room and name within the rights; a shadow only of a tool of the same key; guidance only by keys
+//                that may guide; no more streams than the key has
 //     ViewState  kbit/s at most
 //     Reset      only from keys that may touch: a spectator cannot take the body out of anybody's hands
 //

@@ -118,6 +118,7 @@ class Stage {
     Hello hello{"s" + std::to_string(how & 7u), (how & 8u) != 0 ? Role::viewer : Role::haptic, Scheme::hold, 0, ""};
     if ((how & 16u) != 0) hello.shadow_of = "s" + std::to_string(how >> 5);
     hello.alike = (how & 32u) != 0;
+    if ((how & 64u) != 0) hello.guides = "s" + std::to_string(how & 3u);
     join_as(k, hello);
   }
   void join_as(std::size_t k, const Hello& hello) {

@@ -17,6 +17,7 @@ struct ViewOptions {
   std::string recording;           ///< file to play instead of joining a server; empty: none
   int width = 1280, height = 800;
   std::string touch;                       ///< name of the mouse's station; empty: view only
+  std::string guide;                       ///< station that the mouse guides; empty: none
   std::string screenshot, frames, record;  ///< empty: none
   std::optional<double> after_s, duration_s;
   double at_s = 0;  ///< start time in the recording

@@ -1,12 +1,20 @@
 #include "client/view/app/scene_view.hpp"
 
+#include <algorithm>
+#include <utility>
+
 namespace palpate {
 
 bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   if (!source_.show(now, moment_)) return false;
   if (own != nullptr) {
-    std::erase_if(moment_.tools, [own](const ToolView& tool) { return tool.station == own->station; });
-    moment_.tools.insert(moment_.tools.begin(), *own);
+    const auto shown = std::ranges::find(moment_.tools, own->station, &ToolView::station);
+    ToolView tool = *own;
+    if (shown != moment_.tools.end()) {
+      tool.guides = shown->guides;
+      moment_.tools.erase(shown);
+    }
+    moment_.tools.insert(moment_.tools.begin(), std::move(tool));
   }
   if (source_.mesh_version() != mesh_version_) {
     mesh_version_ = source_.mesh_version();

@@ -153,7 +153,7 @@ void Screen::run(Controls& controls, const TouchStation* touch) {
 void run_window(const ViewOptions& options, ViewSession& session) {
   Screen screen(options);
   std::optional<TouchStation> touch;
-  if (!options.touch.empty()) touch.emplace(options.server, options.touch, options.room, options.keys);
+  if (!options.touch.empty()) touch.emplace(options.server, options.touch, options.room, options.keys, options.guide);
   Controls controls(session, touch ? &*touch : nullptr, screen.look());
   screen.run(controls, touch ? &*touch : nullptr);
   if (touch) fmt::print("palpate-view: {}\n", touch->summary());

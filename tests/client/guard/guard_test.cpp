@@ -227,3 +227,40 @@ TEST_CASE("Once a hand has felt its force for a second, what others do to it thr
   for (int i = 0; i < 4000; ++i) out = guard.pass(Vec3(1, 0, 0), Vec3(i * 5e-6, 0, 0), kDt);  // 20 mJ at 5 mm/s
   CHECK(out.x() == Approx(1 - Passivity::kDeviceKg / ((Passivity::kWindow + 1) * kDt) * 0.005));
 }
+
+TEST_CASE("A partner may lead the hand for as long as it likes: that work is not in the account of the display") {
+  const bool guided = GENERATE(true, false);
+  Guard guard({8.5, 2000, PassivityMode::on});
+  const Vec3 force(1, 0, 0);
+  Vec3 at = Vec3::Zero(), shown = Vec3::Zero();
+  for (int n = 0; n < 2000; ++n) {
+    at.x() += 1e-4;  // 0.2 J in all
+    shown = guided ? guard.pass(Vec3::Zero(), at, 1e-3, force) : guard.pass(force, at, 1e-3);
+  }
+  if (guided) {
+    CHECK(shown == force);
+    CHECK(guard.counts().damped == 0);
+    CHECK(guard.counts().energy_min_j == 0);
+  } else {
+    CHECK(shown.x() < 0.3);
+    CHECK(guard.counts().damped > 1000);
+  }
+}
+
+TEST_CASE("Beside a partner's force a display that turned active is damped as without it, and their sum keeps the limits") {
+  Guard with({8.5, 0, PassivityMode::on}), without({8.5, 0, PassivityMode::on}), limited({2, 100, PassivityMode::on});
+  const Vec3 guidance(0, 0.5, 0);
+  Vec3 at = Vec3::Zero(), before = Vec3::Zero();
+  for (int n = 0; n < 1000; ++n) {
+    at.x() += 1e-4;
+    const Vec3 shown = with.pass(Vec3(1, 0, 0), at, 1e-3, guidance);
+    REQUIRE((without.pass(Vec3(1, 0, 0), at, 1e-3) + guidance - shown).norm() < 1e-9);
+    const Vec3 least = limited.pass(Vec3(1, 0, 0), at, 1e-3, Vec3(0, n % 100 < 50 ? 30.0 : -30.0, 0));
+    REQUIRE(least.norm() <= 2 + 1e-9);
+    REQUIRE((least - before).norm() <= 0.1 + 1e-9);
+    before = least;
+  }
+  CHECK(with.counts().damped > 100);
+  CHECK(with.pass(Vec3::Zero(), at, 1e-3, Vec3::Constant(kNan)).allFinite());
+  CHECK(with.counts().not_finite == 1);
+}

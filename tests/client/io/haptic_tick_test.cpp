@@ -146,3 +146,24 @@ TEST_CASE("No patch and a full sample ring are no force and a count, without all
   CHECK(force_max_n == 0);
   CHECK(haptic.counts().samples_dropped == kTicks - palpate::kSampleRing);
 }
+
+TEST_CASE("A tool that a partner guides is felt without allocation, lock or exception, also where the partner falls silent",
+          "[realtime]") {
+  const auto slot = std::make_unique<palpate::LatestSlot<PatchPlayer>>();
+  const auto samples = std::make_unique<palpate::SampleRing>();
+  palpate::HapticTick haptic(*slot, *samples, {8.5, 500, palpate::PassivityMode::on});
+  double force_max_n = 0, last_n = 0;
+  palpate::test::RealtimeGuard guard;
+  for (int tick = 0; tick < kTicks; ++tick) {
+    const Micros now = kEpoch + tick * kTick;
+    if (tick % 8 == 0 && tick < kTicks - 300)
+      haptic.hear({now - Micros{40'000}, Vec3(0.01, 0.002 * std::sin(tick * 0.01), 0), Micros{60'000}, true});
+    last_n = haptic.tick({now, Vec3::Zero()}).force.norm();
+    force_max_n = std::max(force_max_n, last_n);
+  }
+  check_clean(guard.end());
+  CHECK(force_max_n > 1);
+  CHECK(last_n == 0);
+  CHECK(haptic.counts().holds == 1);
+  CHECK(haptic.counts().guidance_max_n == Approx(force_max_n));
+}

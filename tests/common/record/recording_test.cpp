@@ -244,6 +244,22 @@ TEST_CASE("how tools are held and their buttons come back, and each block says t
   CHECK(pen->orientation->angularDistance(held) < 1e-4);
 }
 
+TEST_CASE("who guided whom, and with what forces, comes back", "[record]") {
+  const auto bytes = small_recording(20, true);
+  RecordingReader recording(bytes, "small");
+  int k = 0;
+  for (std::size_t block = 0; block < recording.blocks().size(); ++block)
+    for (const RecordedGuidance& hold : recording.read(block)->guidances) {
+      CHECK(hold.t == kSmallBegin + k * kSmallFrame);
+      CHECK(hold.guide == 3);
+      CHECK(hold.guided == 4);
+      CHECK(hold.guide_force_n == 0.25);
+      CHECK(hold.guided_force_n == 0.5 * k);
+      ++k;
+    }
+  CHECK(k == 20);
+}
+
 TEST_CASE("a recording's end does not grow with every station that comes and goes, and what came is in its blocks", "[record]") {
   constexpr StationId kMany = 50'000;
   RecordingWriter writer(small_head());

@@ -102,6 +102,33 @@ TEST_CASE("what was added to messages later goes there and back, and is absent w
   CHECK(shown.in_use.cost == Micros{41'000});
 }
 
+TEST_CASE("what belongs to guidance goes there and back, is absent where nobody guides, and has its ranges") {
+  Hello hello{"OR 3", Role::haptic, Scheme::port, 0, ""};
+  CHECK(round_trip(hello).guides.empty());
+  hello.guides = "OR 1";
+  CHECK(round_trip(hello).guides == "OR 1");
+  CHECK(round_trip(Beat{}).guidance.hand == GuidanceHand::ready);
+  const GuidanceReport report = round_trip(Beat{.guidance = {GuidanceHand::refuses, Micros{321'000}, 0.5}}).guidance;
+  CHECK(report.hand == GuidanceHand::refuses);
+  CHECK(report.reach == Micros{321'000});
+  CHECK(report.force_n == 0.5);
+  const Guidance sent{"OR 1", true, GuidanceHand::busy, Micros{50'000}, Micros{-9'000'000}, Vec3(0.1, -0.2, 9.9)};
+  const Guidance guidance = round_trip(sent);
+  CHECK(guidance.partner == "OR 1");
+  CHECK(guidance.guides);
+  CHECK(guidance.hand == GuidanceHand::busy);
+  CHECK(guidance.reach == sent.reach);
+  CHECK(guidance.stamp == sent.stamp);
+  CHECK(distance_max(guidance.position, sent.position) <= 0x1p-28);
+  Tools tools{
+      1, Micros{2}, 0, {{"OR 3", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "OR 1"}, {"OR 1", Vec3::Zero(), Vec3::Zero(), false}}};
+  CHECK(round_trip(tools).tools[0].guides == "OR 1");
+  CHECK(round_trip(tools).tools[1].guides.empty());
+  Message out;
+  CHECK(decode(seeds::bytes_of(seeds::message(Beat{.guidance = {GuidanceHand::busy, {}, 0}})), out) == WireFault::out_of_range);
+  CHECK(decode(seeds::bytes_of(seeds::message(Beat{.guidance = {GuidanceHand::holds, {}, -1}})), out) == WireFault::out_of_range);
+}
+
 TEST_CASE("a Hello is never smaller than the largest answer to it") {
   CHECK(seeds::bytes_of(seeds::message(Hello{"h", Role::haptic, Scheme::port, 0, ""})).size() == kHelloBytes);
   const std::string name(kMaxNameBytes, 'n');

@@ -17,8 +17,8 @@ bool sensible(const std::string& s) {
 /// Returns true if an accepted message keeps the ranges that docs/reference/wire.md promises.
 struct Sensible {
   bool operator()(const Hello& m) const {
-    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && m.scheme <= Scheme::hyper &&
-           m.role <= Role::viewer;
+    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && sensible(m.guides) &&
+           m.scheme <= Scheme::hyper && m.role <= Role::viewer;
   }
   bool operator()(const Welcome& m) const {
     return sensible(m.scene) && sensible(m.home, kWorldExtentM) && m.rate_hz >= kMinRateHz && m.rate_hz <= kMaxRateHz &&
@@ -36,7 +36,11 @@ struct Sensible {
   bool operator()(const PatchMessage& m) const { return check(m.patch) == PatchFault::none; }
   bool operator()(const Beat& m) const {
     return std::abs(m.body_time.count()) <= 10'000'000'000'000'000 && m.rate_hz >= 0 && m.rate_hz <= kMaxRateHz &&
-           m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost;
+           m.link.lost <= m.link.judged && m.link.longest_run <= m.link.lost && m.guidance.hand <= GuidanceHand::refuses &&
+           m.guidance.force_n >= 0 && m.guidance.force_n <= 1e4;
+  }
+  bool operator()(const Guidance& m) const {
+    return sensible(m.partner) && !m.partner.empty() && m.hand <= GuidanceHand::absent && sensible(m.position, kWorldExtentM);
   }
   bool operator()(const Leave&) const { return true; }
   bool operator()(const Reset&) const { return true; }
@@ -62,7 +66,7 @@ struct Sensible {
   bool operator()(const Tools& m) const {
     return std::all_of(m.tools.begin(), m.tools.end(), [](const ToolView& t) {
       return sensible(t.station) && sensible(t.position, kWorldExtentM) && sensible(t.force, 1e4) &&
-             (!t.orientation || is_unit(*t.orientation));
+             (!t.orientation || is_unit(*t.orientation)) && sensible(t.guides);
     });
   }
 };

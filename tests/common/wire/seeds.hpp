@@ -251,6 +251,12 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(Beat{.resets = 3}));
   all.push_back(message(Beat{.in_use = {Scheme::port, SchemeReason::link_lossy, Micros{9'000}, Micros{30'000}}}));
   all.push_back(message(Hello{"hand", Role::haptic, std::nullopt, 0, ""}));
+  Hello guide{"OR 3", Role::haptic, std::nullopt, 0, ""};
+  guide.guides = "OR 1";
+  all.push_back(message(guide));
+  all.push_back(message(Beat{.guidance = {GuidanceHand::released, Micros{123'456}, 1.25}}));
+  all.push_back(
+      message(Guidance{"OR 1", true, GuidanceHand::holds, Micros{161'000}, Micros{8'000'000'000}, Vec3(0.1, -0.2, 0.3)}));
   all.push_back(message(MeshRequest{3}));
   MeshPiece mesh{0xabcdef, 1, 4, 116, {}, {}};
   for (std::uint32_t i = 0; i < kMaxPieceTriangles; ++i) mesh.triangles.push_back({i, i + 1, 70000 + i});
@@ -272,7 +278,7 @@ inline std::vector<Message> every_kind() {
                     3,
                     {{"left hand", Vec3(0.01, 0.02, 0.03), Vec3(1, 2, 3.3), true}, {"r", Vec3(1, 1, 1), Vec3::Zero(), false}}}));
   Tools turned{18, Micros{99}, 1, {{"pen", Vec3(1, 1, 1), Vec3::Zero(), true, Eigen::Quaterniond(0, 1, 0, 0), 3}}};
-  turned.tools.push_back({"buttons", Vec3::Zero(), Vec3::Zero(), false, {}, 1});
+  turned.tools.push_back({"buttons", Vec3::Zero(), Vec3::Zero(), false, {}, 1, "pen"});
   all.push_back(message(turned));
   return all;
 }

@@ -87,6 +87,21 @@ TEST_CASE("a shadow shares a tool of its own key only") {
   CHECK(gated.ask(other)->reason == RefuseReason::bad_request);
 }
 
+TEST_CASE("only a key that may guide guides, and a station that is to guide another one is another station") {
+  Gated gated;
+  Hello guide = hand("OR 3");
+  guide.guides = "OR 1";
+  const auto no = gated.ask(guide);
+  REQUIRE(no);
+  CHECK(no->reason == RefuseReason::bad_request);
+  CHECK(no->message == "this key may not guide others");
+  gated.rights.guide = true;
+  CHECK_FALSE(gated.ask(guide));
+  guide.guides = "OR 2";
+  CHECK_FALSE(gated.ask(guide));
+  CHECK(gated.anew);
+}
+
 TEST_CASE("a key has as many streams as it may, and one more when one of them leaves or falls silent") {
   Gated gated;
   gated.rights.streams = 2;

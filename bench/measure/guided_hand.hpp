@@ -1,0 +1,48 @@
+// The guided hand in the closed loop: one simulated hand guides the tool of another (client/core/guidance.hpp), each over a link
+// of its own, in virtual time.
+//
+// The guide is the reference hand of hand.hpp. It waits 2.5 s for the hold to begin, moves kGuidedStrokeM to and fro along x in
+// four minimum-jerk strokes of 0.8 s, and stands still. On the body both hands press 5 mm deep first, and the guide strokes
+// there. The guided hand intends no more:
+//     free      nobody holds the device: 75 g, no friction
+//     led       an arm that lets itself be led: mass and damping of the reference hand, no stiffness
+//     resting   an arm that stays where it is: the reference hand
+// Its tool begins kGuidedBesideM beside that of the guide. There is no tremor, and forces are not quantised.
+#pragma once
+
+#include "bench/measure/stability.hpp"
+
+namespace palpate {
+
+struct GuidedPoint {
+  bool touches = false;
+  std::string hand = "led";
+  double guide_rtt_ms = 0, guided_rtt_ms = 0, jitter_ms = 0, loss_pct = 0;
+  std::uint64_t seed = 1;
+};
+
+struct GuidedResult {
+  StabilityVerdict guide, guided;  ///< from a second and two round trips after the last stroke on
+  bool lost = false;
+  double stiffness_n_m = 0, damping_n_s_m = 0;  ///< K and b at the end
+  double error_rms_m = 0;                       ///< distance of the two tools while the guide moves
+  double lag_s = 0, lagged_rms_m = 0;           ///< shift of the guide's path for which that distance is least, and the distance
+  double guide_mean_n = 0, guide_max_n = 0, guided_mean_n = 0, guided_max_n = 0;  ///< forces of guidance while the guide moves
+  double step_max_n = 0;                                                          ///< largest change of such a force in a tick
+  /// Energy that the two ends of the coupling gave beyond what they had absorbed until then, at its largest.
+  double generated_j = 0;
+  double bound_j = 0;  ///< most that they may give: kForceMostN times the distance at the beginning
+  std::vector<ClosedLoopResult> loops;
+
+  bool stable() const { return !lost && guide.stable && guided.stable; }
+};
+
+inline constexpr double kGuidedBesideM = 0.010, kGuidedStrokeM = 0.040;
+
+/// Throws InputError for an unknown hand, and what closed_loop() throws.
+GuidedResult measure_guided(const Scene& scene, const GuidedPoint& point);
+
+/// The points of the experiment: free and on the body, each hand, round trips of 0 to 300 ms, equal and unequal.
+std::vector<GuidedPoint> guided_points(bool quick, std::uint64_t seed);
+
+}  // namespace palpate
