@@ -44,8 +44,9 @@ void declare_hands(CLI::App& app, TypedOfHands& typed) {
   app.add_option("--device", typed.devices,
                  "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion, whatever the force; "
                  "openhaptics[:NAME]: 3D "
-                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; "
-                 "hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks (docs/reference/devices.md); "
+                 "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; inverse3[:ID]: "
+                 "Haply Inverse3; hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks "
+                 "(docs/reference/devices.md); "
                  "repeated for further hands of this person")
       ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
       ->allow_extra_args(false)

@@ -81,10 +81,19 @@ inline DeviceReading not_ok(DeviceState state, const DeviceReason& reason) noexc
   return reading;
 }
 
+/// Exchanges with a driver that answers each command with a reading, since it was opened. All zero: the driver has no such
+/// answers.
+struct ExchangeFigures {
+  std::uint64_t answers = 0;
+  Micros total{}, most{};  ///< time from command to answer: the sum, the longest
+};
+
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceCaps& caps() const = 0;
+  /// Callable from any thread.
+  virtual ExchangeFigures exchanges() const { return {}; }
   /// `now` is the client's monotonic clock; simulated devices advance their own dynamics to it.
   virtual DeviceReading read(Micros now) noexcept = 0;
   /// Sets the force on the tool [N] from now on. A force that is not finite counts as zero.

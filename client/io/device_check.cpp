@@ -18,7 +18,7 @@ constexpr double kTestMostN = 0.5, kTestShare = 0.25;  // kTestShare: of the for
 constexpr double kTestRiseNTick = 0.005;               // 5 N/s: feels like a push, not a knock
 constexpr double kYieldM = 0.0005;
 constexpr Micros kPushTime{1'000'000}, kRestTime{500'000}, kMeanTime{200'000}, kPollDevice{2'000};
-constexpr double kLateShareMax = 0.01, kSkippedShareMax = 0.001;
+constexpr double kLateShareMax = 0.01, kSkippedShareMax = 0.001, kAnswersLeastHz = 500;
 
 /// Least range of a coordinate within a second.
 class Stillness {
@@ -54,6 +54,7 @@ class DeviceCheck::Probe final : public Device {
     newest_.publish();
     return reading;
   }
+  ExchangeFigures exchanges() const override { return device_.exchanges(); }
   void write(const Vec3& force) noexcept override {
     if (const Vec3* target = targets_.take()) target_ = *target;
     const Vec3 way = (ok_ ? target_ : Vec3(Vec3::Zero())) - push_;
@@ -124,6 +125,7 @@ DeviceCheck::DeviceCheck(Device& device, bool realtime)
   loop_ = std::make_unique<HapticLoop>(*probe_, std::vector<HapticTick*>{&display_->tick}, options);
   loop_->start();
   begin_ = monotonic_now();
+  before_ = device.exchanges();
 }
 
 DeviceCheck::~DeviceCheck() { loop_->stop(); }
@@ -166,6 +168,9 @@ DeviceFigures DeviceCheck::finish() {
   figures.late_ticks = stats.late;
   figures.skipped_ticks = stats.skipped;
   figures.late_us = stats.late_us;
+  const ExchangeFigures after = probe_->exchanges();
+  figures.exchanges = {after.answers - before_.answers, after.total - before_.total, after.most};
+  figures.answers_hz = static_cast<double>(figures.exchanges.answers) / std::max(1e-3, passed_s);
   probe_->report(figures);
   return figures;
 }
@@ -221,6 +226,10 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
       "(most) {} us\n",
       f.rate_hz, f.late_ticks, f.skipped_ticks, f.late_us.percentile(0.5), f.late_us.percentile(0.99), f.late_us.max());
   text += lateness_rows(f);
+  if (f.exchanges.answers > 0)
+    text +=
+        fmt::format("driver      {:.1f} answers a second, after {:.2f} ms in the mean, {:.2f} ms at most\n", f.answers_hz,
+                    1e3 * seconds(f.exchanges.total) / static_cast<double>(f.exchanges.answers), 1e3 * seconds(f.exchanges.most));
   text += fmt::format("position    steps of {}, moves by {} peak to peak in its stillest second\n",
                       f.step_m > 0 ? fmt::format("{:.3g} mm", 1e3 * f.step_m) : "nothing: it never moved", in_mm(f.noise_m));
   if (!f.reached.isEmpty()) text += fmt::format("was moved   over {} (right, away, up)\n", in_mm(f.reached.sizes()));
@@ -243,6 +252,9 @@ std::vector<std::string> faults_of(const DeviceFigures& f, const DeviceCaps& cap
                                  100 * static_cast<double>(f.late_ticks) / all));
   if (static_cast<double>(f.skipped_ticks) > kSkippedShareMax * all)
     faults.push_back(fmt::format("{} ticks never ran: this machine has too much else to do", f.skipped_ticks));
+  if (f.exchanges.answers > 0 && f.answers_hz < kAnswersLeastHz)
+    faults.push_back(
+        fmt::format("its driver answers {:.0f} times a second; a stiff body needs {:.0f}", f.answers_hz, kAnswersLeastHz));
   return faults;
 }
 

@@ -28,6 +28,8 @@ struct DeviceFigures {
   Vec3 noise_m = Vec3::Zero();  ///< peak to peak noise in the stillest second, per axis
   Eigen::AlignedBox3d reached;  ///< range that the tool covered, W's axes
   std::uint32_t buttons = 0;    ///< those that were pressed at least once
+  double answers_hz = 0;        ///< answers of its driver per second
+  ExchangeFigures exchanges;    ///< with a driver that answers, during the trial; `most` since it was opened
   DeviceState state = DeviceState::gone;
   std::string reason;  ///< reason why it was not ok at the end
 };
@@ -58,6 +60,7 @@ class DeviceCheck {
   std::unique_ptr<Display> display_;
   std::unique_ptr<HapticLoop> loop_;
   Micros begin_{};
+  ExchangeFigures before_;
 };
 
 inline constexpr Micros kRemindEvery{5'000'000};

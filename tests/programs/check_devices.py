@@ -1,4 +1,4 @@
-"""Lists, tries and feels with devices as a user does, over the stand-ins for their vendors' libraries (tests/client/device/standin).
+"""Lists, tries and feels with devices as a user does, over the stand-ins for their vendors' libraries and services (tests/client/device/standin).
 
 usage: check_devices.py FOLDER_OF_PROGRAMS FOLDER_OF_SCENES FOLDER_OF_STANDINS
 """
@@ -15,6 +15,23 @@ import tempfile
 
 PATIENCE_S = 120
 VARIABLES = {"openhaptics": ("PALPATE_LIBHD", "libstandin_hd.so"), "forcedimension": ("PALPATE_LIBDHD", "libstandin_dhd.so")}
+
+
+class Service:
+    """The stand-in for Haply's Inverse Service, configured like the libraries."""
+
+    def __init__(self, standins, *ids, **standin):
+        environment = {**os.environ, **{f"STANDIN_{name.upper()}": str(value) for name, value in standin.items()}}
+        self.process = subprocess.Popen([standins / "standin_inverse3", *ids], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                        env=environment)
+        self.device = f"inverse3:,port={int(self.process.stdout.readline())}"
+
+    def __enter__(self):
+        return self.device
+
+    def __exit__(self, fault, *_):
+        said, _ = self.process.communicate("")
+        assert fault or self.process.returncode == 0, said
 
 
 class Client:
@@ -53,6 +70,22 @@ def check_wrong_names(client):
     assert done.returncode == 2 and "no device to try" in done.stderr, done.stderr
     done = client.run("--server", "127.0.0.1:9", "--device", "openhaptics", fault="no_device")
     assert done.returncode == 2 and "--list-devices" in done.stderr, done.stderr
+
+
+def check_service(client):
+    """A device behind a service: missing, one of several, its signs, its answers."""
+    done = client.run("--server", "127.0.0.1:9", "--device", "inverse3:,port=9")
+    assert done.returncode == 2 and "127.0.0.1:9: nothing listens; expected Haply's" in done.stderr, done.stderr
+    with Service(client.standins, "049D", "A14") as device:
+        done = client.run("--server", "127.0.0.1:9", "--device", device)
+        assert done.returncode == 2 and "inverse3:ID with one of 049D, A14" in done.stderr, done.stderr
+    with Service(client.standins, "049D", hand="light") as device:
+        at_last(check_pushes, client, device)
+        done = client.run("--check-device", device, "--duration-s", "1", stdin="\n")
+        assert re.search(r"driver +\d+\.\d answers a second, after \d+\.\d\d ms in the mean", done.stdout), done.stdout
+    with Service(client.standins, "049D", hand="light", fault="mirrored") as device:
+        done = client.run("--check-device", device, "--duration-s", "1", stdin="yes\n")
+        assert done.returncode == 1 and "the hand yielded the other way" in done.stdout, done.stdout
 
 
 def check_listing(client):
@@ -140,6 +173,23 @@ def check_feel(client, server, work):
     assert done.returncode == 2 and "moves by itself" in done.stderr, done.stderr
 
 
+def check_feel_by_service(client, server, work):
+    """The same through a service; and one that stalls 6 s after it was started takes the force with it."""
+    for fault in ("", "silent@6"):
+        log, report = work / "inverse3.log", work / "inverse3"
+        with Service(client.standins, "049D", motion=pressing(work), hand="firm", log=log, fault=fault) as device:
+            done = client.run("--server", server, "--device", device, "--duration-s", "8" if fault else "5", "--realtime", "off",
+                              "--report", report)
+        assert done.returncode == 0 and "the device renders the force of the body from now on" in done.stdout, done.stdout + done.stderr
+        felt = forces(log)
+        assert max(strength for at, strength in felt if at < 6) > 0.5, done.stdout
+        if fault:
+            assert "not answered for 20 ms" in done.stdout, done.stdout
+        else:
+            assert felt[-1][1] == 0, felt[-1]
+        assert (report / "summary.json").exists(), done.stdout
+
+
 def check_lost(client, server, work):
     """A cable that is pulled 6 s after the device was opened: no force from that millisecond on, and a report all the same."""
     log, report = work / "lost.log", work / "lost"
@@ -159,6 +209,7 @@ def main():
     check_listing(client)
     check_trial(client)
     check_library_without_homing(client)
+    check_service(client)
     room = subprocess.Popen([programs / "palpate-server", "--scene", scenes / "cube6.json", "--listen", "127.0.0.1:0"],
                             stdout=subprocess.PIPE, text=True)
     try:
@@ -166,6 +217,7 @@ def main():
         with tempfile.TemporaryDirectory() as name:
             at_last(check_feel, client, server, pathlib.Path(name))
             at_last(check_lost, client, server, pathlib.Path(name))
+            at_last(check_feel_by_service, client, server, pathlib.Path(name))
     finally:
         room.send_signal(signal.SIGTERM)
         room.communicate()

@@ -11,6 +11,7 @@
 
 #include "client/device/forcedimension/dhd_abi.hpp"
 #include "client/device/hid/io/find_hid.hpp"
+#include "client/device/inverse3/io/inverse3_device.hpp"
 #include "client/device/openhaptics/hd_abi.hpp"
 #include "common/base/error.hpp"
 
@@ -99,9 +100,24 @@ FoundDevice found(const FoundHid& hid) {
 template <class Load>
 FoundLibrary try_library(const char* kind, Load load) {
   try {
-    return {kind, "", load()};
+    FoundLibrary library;
+    library.kind = kind;
+    library.devices = load();
+    return library;
   } catch (const InputError& error) {
-    return {kind, error.what(), std::nullopt};
+    return {kind, error.what()};
+  }
+}
+
+FoundLibrary try_inverse3() {
+  try {
+    FoundLibrary service{"inverse3", ""};
+    std::string ids;
+    for (const auto& device : find_inverse3()) ids += (ids.empty() ? "" : ", ") + device.id;
+    service.works = "its service runs and lists " + (ids.empty() ? "no device" : ids);
+    return service;
+  } catch (const InputError& error) {
+    return {"inverse3", error.what()};
   }
 }
 
@@ -135,7 +151,8 @@ std::vector<FoundLibrary> find_libraries() {
     return std::optional<int>();
   };
   return {try_library("openhaptics", openhaptics),
-          try_library("forcedimension", [] { return std::optional(std::max(0, dhd::functions().dhdGetDeviceCount())); })};
+          try_library("forcedimension", [] { return std::optional(std::max(0, dhd::functions().dhdGetDeviceCount())); }),
+          try_inverse3()};
 }
 
 std::string describe(const std::vector<FoundDevice>& devices, const std::vector<FoundLibrary>& libraries) {
@@ -156,7 +173,7 @@ std::string describe(const std::vector<FoundDevice>& devices, const std::vector<
     text += "then: sudo udevadm control --reload && sudo udevadm trigger, and plug the device in again\n";
   }
   for (const FoundLibrary& library : libraries) {
-    text += library.kind + ": " + (library.fault.empty() ? "its library can be loaded" : library.fault);
+    text += library.kind + ": " + (library.fault.empty() ? library.works : library.fault);
     if (library.devices)
       text += " and sees " + std::to_string(*library.devices) + (*library.devices == 1 ? " device" : " devices");
     text += "\n";

@@ -22,6 +22,7 @@ struct FoundLibrary {
   std::string kind;
   std::string fault;             ///< empty: the library can be loaded
   std::optional<int> devices{};  ///< number of devices that it sees, if the library reports it
+  std::string works = "its library can be loaded";
 };
 
 /// `system`, `devices`: locations of sysfs and of the nodes, for tests.
@@ -31,6 +32,7 @@ std::vector<FoundDevice> find_usb_devices(const std::filesystem::path& system = 
 /// Returns the devices that --device hid can use, found through hidapi, including those that may not be opened.
 std::vector<FoundDevice> find_hid_devices(const std::filesystem::path& system = "/sys");
 
+/// Returns the vendors' libraries, and Haply's Inverse Service.
 std::vector<FoundLibrary> find_libraries();
 
 /// Returns a text for a person, with a remedy for everything that is missing.

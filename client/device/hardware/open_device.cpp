@@ -4,6 +4,7 @@
 
 #include "client/device/forcedimension/forcedimension_device.hpp"
 #include "client/device/hid/io/open_hid_device.hpp"
+#include "client/device/inverse3/io/inverse3_device.hpp"
 #include "client/device/openhaptics/openhaptics_device.hpp"
 #include "common/base/error.hpp"
 
@@ -33,7 +34,7 @@ int number_of(const std::string& name, const std::string& which) {
 
 bool is_hardware(std::string_view name) {
   const std::string_view kind = kind_of(name);
-  return kind == "openhaptics" || kind == "forcedimension" || kind == "hid";
+  return kind == "openhaptics" || kind == "forcedimension" || kind == "hid" || kind == "inverse3";
 }
 
 std::unique_ptr<Device> open_hardware(const std::string& name, void (*on_thread)()) {
@@ -46,6 +47,11 @@ std::unique_ptr<Device> open_hardware(const std::string& name, void (*on_thread)
     return std::make_unique<ForceDimensionDevice>(options);
   }
   if (kind_of(name) == "hid") return open_hid_device(which, on_thread);
+  if (kind_of(name) == "inverse3") {
+    Inverse3Options options = read_inverse3_options(which);
+    options.on_thread = on_thread;
+    return std::make_unique<Inverse3Device>(options);
+  }
   throw InputError("--device", "'" + name + "' is no device for a hand", std::string(kHardwareKinds));
 }
 
