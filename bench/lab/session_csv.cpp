@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "bench/measure/task_attempts.hpp"
 #include "common/base/error.hpp"
 #include "common/io/record_file.hpp"
 #include "common/wire/codec.hpp"
@@ -74,6 +75,16 @@ class Exporter {
     for (const RecordedLink& link : block.links) add(link);
     for (const RecordedTurn& turn : block.turns) add(turn);
     for (const RecordedButtons& change : block.buttons) add(change);
+  }
+  void add(const TaskAttempt& a) {
+    const TaskProgress& p = a.progress;
+    const Vec3 mark = p.mark.value_or(Vec3::Zero());
+    tables_.row(
+        "tasks.csv",
+        "station,attempt,begin_s,task,score,done,time_s,force_max_n,held_s,traced_m,within,miss_m,mark_x_m,mark_y_m,mark_z_m",
+        "\"{}\",{},{:.6f},{},{:.2f},{:.4f},{:.3f},{:.6g},{:.3f},{:.6f},{:.4f},{:.6f},{:.9f},{:.9f},{:.9f}", in_table(a.station),
+        a.number, a.begin_s, kind_of(*recording_.head().task), p.score, p.done, p.time_s, p.force_max_n, p.held_s, p.traced_m,
+        p.within, p.miss_m, mark.x(), mark.y(), mark.z());
   }
   std::size_t close() { return tables_.close(); }
   const StationFolders& folders() const { return folders_; }
@@ -182,6 +193,7 @@ CsvExport export_csv(const RecordingReader& recording, const std::filesystem::pa
     else
       ++done.blocks_lost;
   }
+  for (const TaskAttempt& attempt : task_attempts(recording)) exporter.add(attempt);
   done.rows = exporter.close();
   done.folders = exporter.folders();
   return done;

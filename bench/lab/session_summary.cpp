@@ -9,6 +9,7 @@
 #include "bench/lab/page.hpp"
 #include "bench/lab/session_csv.hpp"
 #include "bench/measure/session_metrics.hpp"
+#include "bench/measure/task_attempts.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "common/io/mapped_file.hpp"
@@ -134,6 +135,32 @@ void report_guidance(const SessionGuidance& hold, Json& summary, Json& page) {
              hold.guide, hold.guided, hold.from_s, lasted_s, hold.guide_force_n, hold.guided_force_n);
 }
 
+Json figures_of(const TaskAttempt& a) {
+  const TaskProgress& p = a.progress;
+  return {{"attempt", a.number}, {"begin_s", a.begin_s},         {"score", p.score},        {"done", p.done},
+          {"time_s", p.time_s},  {"force_max_n", p.force_max_n}, {"held_s", p.held_s},      {"traced_m", p.traced_m},
+          {"within", p.within},  {"miss_m", p.miss_m},           {"marked", p.mark ? 1 : 0}};
+}
+
+/// Reports the training task: the attempts of every hand.
+void add_task(const RecordingReader& recording, Json& summary, Json& page) {
+  if (!recording.head().task) return;
+  const Task& task = *recording.head().task;
+  summary["task"] = {{"kind", kind_of(task)}, {"text", task.text}};
+  page["task"] = task.text;
+  page["attempts"] = Json::array();
+  for (const TaskAttempt& a : task_attempts(recording)) {
+    summary["stations"][a.station]["attempts"].push_back(figures_of(a));
+    page["attempts"].push_back({{"name", a.station},
+                                {"number", a.number},
+                                {"score", fmt::format("{:.0f}", a.progress.score)},
+                                {"words", in_words(task, a.progress)},
+                                {"time", fmt::format("{:.1f}", a.progress.time_s)}});
+    fmt::print("{}: attempt {} scores {:.0f} of 100 ({}: {}), {:.1f} s\n", a.station, a.number, a.progress.score, kind_of(task),
+               in_words(task, a.progress), a.progress.time_s);
+  }
+}
+
 int run_summary(const SessionSummaryFlags& flags) {
   const std::string where = "--recording " + flags.recording;
   const MappedFile file(flags.recording);
@@ -165,6 +192,7 @@ int run_summary(const SessionSummaryFlags& flags) {
                hand.name, m.contact_s, m.force_peak_n, sampled ? "peak of the server's frames" : "peak felt", m.force_mean_n,
                m.over_s, flags.over_n, m.path_m, m.sparc);
   }
+  add_task(recording, summary, page);
   if (sampled)
     fmt::print(
         "forces are those of the server's body, {:g} a second: a hand felt more in between. What it felt is in a recording of "

@@ -9,6 +9,7 @@ MouseDevice::MouseDevice(const Vec3& at) : target_(at), position_(at) {
   caps_.name = "mouse";
   caps_.force_max_n = kForceMaxN;
   caps_.renders_force = false;
+  caps_.buttons = 1;
 }
 
 void MouseDevice::aim(const Vec3& target) {
@@ -29,7 +30,10 @@ DeviceReading MouseDevice::read(Micros now) noexcept {
   const double fading = std::exp(-kPace * dt);
   position_ = target + (e + c * dt) * fading;
   velocity_ = (velocity_ - kPace * dt * c) * fading;
-  return {position_, DeviceState::ok};
+  if (clicked_.exchange(false)) pressed_until_ = now + kClick;
+  DeviceReading reading{position_, DeviceState::ok};
+  reading.buttons = now < pressed_until_ ? 1 : 0;
+  return reading;
 }
 
 void MouseDevice::write(const Vec3& force) noexcept {

@@ -6,6 +6,8 @@
 // w. A mouse renders no force: the written force is returned, with the position, for the window to draw.
 #pragma once
 
+#include <atomic>
+
 #include "client/device/device.hpp"
 #include "common/base/latest_slot.hpp"
 
@@ -21,6 +23,7 @@ class MouseDevice final : public Device {
  public:
   static constexpr double kPace = 60;  ///< [1/s]
   static constexpr double kSpeedMaxMS = 1.0;
+  static constexpr Micros kClick{200'000};   ///< some frames of a server, so that viewers see it
   static constexpr double kForceMaxN = 8.5;  ///< that of a Phantom 1.5: the picture shows what a hand could feel
 
   explicit MouseDevice(const Vec3& at);
@@ -32,6 +35,8 @@ class MouseDevice final : public Device {
 
   /// Sets the target of the tool. One thread, not that of the haptic loop.
   void aim(const Vec3& target);
+  /// Presses button 0 for kClick. Any thread.
+  void click() { clicked_.store(true); }
   /// Returns the newest feel since the last call, or nullptr. Same thread as aim().
   const MouseFeel* feel() { return feels_.take(); }
 
@@ -42,6 +47,8 @@ class MouseDevice final : public Device {
   Vec3 target_, position_, velocity_ = Vec3::Zero();
   Micros read_{};
   bool started_ = false;
+  std::atomic<bool> clicked_{false};
+  Micros pressed_until_{};
 };
 
 }  // namespace palpate

@@ -14,6 +14,7 @@
 #include "client/view/pen.hpp"
 #include "client/view/round_125.hpp"
 #include "client/view/solid_batch.hpp"
+#include "client/view/task_overlay.hpp"
 
 namespace palpate {
 namespace {
@@ -24,7 +25,8 @@ std::string felt(const Sight& sight, std::size_t i, int digits) {
   return sight.depth(i) < 5e-5F ? force : force + fmt::format(", {:.1f} mm deep", 1e3F * sight.depth(i));
 }
 
-void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
+/// Returns the lower end of what it draws.
+float draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
   const float left = 28 * pen.scale;
   float y = 22 * pen.scale;
   pen.text(left, y, 24, pen.theme.ink, caption.title);
@@ -47,6 +49,7 @@ void draw_head(const Pen& pen, const Sight& sight, const Caption& caption) {
     pen.text(x + 9 * pen.scale, y, 15, pen.theme.ink_soft, state);
     y += 23 * pen.scale;
   }
+  return y;
 }
 
 void draw_label(const Pen& pen, const std::string& words, float x, float y) {
@@ -232,7 +235,10 @@ void Overlay::draw(const Sight& sight, const Caption& caption, const Camera& cam
   const float below = caption.replay ? ReplayBar::kHeight * scale_ : 0;
   const Pen pen{*ImGui::GetForegroundDrawList(), theme(look.dark), scale_, io.DisplaySize.x, io.DisplaySize.y,
                 io.DisplaySize.y - below};
-  draw_head(pen, sight, caption);
+  const bool has_task = caption.task != nullptr && caption.task->task() != nullptr;
+  if (has_task) draw_task_target(pen, *caption.task, camera);
+  const float below_head = draw_head(pen, sight, caption);
+  if (has_task) draw_task(pen, sight, *caption.task, 28 * pen.scale, below_head + 8 * pen.scale);
   draw_patch(pen, sight, camera);
   draw_guidance(pen, sight, camera);
   draw_contacts(pen, sight, camera);

@@ -9,6 +9,7 @@
 #include "client/view/panels.hpp"
 #include "client/view/replay_bar.hpp"
 #include "client/view/sight.hpp"
+#include "client/viewer/task_watch.hpp"
 
 namespace palpate {
 
@@ -17,6 +18,7 @@ struct Caption {
   std::string status;  ///< one line under it
   std::string keys;    ///< help at the bottom right, empty in pictures
   PanelFigures panels = {};
+  const TaskWatch* task = nullptr;         ///< null, or without a task: none
   std::optional<ReplayState> replay = {};  ///< only for a recording
 };
 

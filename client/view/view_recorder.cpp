@@ -30,6 +30,7 @@ RecordingHead head_of(const ViewCore& core, const std::string& program, Micros u
   head.clock_time = core.playback().shapes().back().body_time;
   head.rate_hz = head.shapes_hz = 1 / seconds(core.playback().period());
   head.surface = surface_of(core);
+  if (const Task* task = core.task().task()) head.task = *task;
   return head;
 }
 

@@ -57,6 +57,8 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   if (event != Event::message) return;
   if (const auto* piece = std::get_if<MeshPiece>(&message.body)) take_mesh(*piece, now);
   if (const auto* room = std::get_if<RoomView>(&message.body)) room_ = *room;
+  if (const auto* task = std::get_if<Task>(&message.body)) task_.take(*task);
+  if (const auto* beat = std::get_if<Beat>(&message.body)) task_.take_resets(beat->resets);
   const auto* const piece = std::get_if<ShapePiece>(&message.body);
   // Without the mesh a shape is meaningless: it counts as lost, and its contents are sent again.
   if (piece && !mesh_.complete()) return;
@@ -65,6 +67,7 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   const auto* const tools = std::get_if<Tools>(&message.body);
   if (!tools || !mesh_.complete()) return;
   take_shape(*tools, now);
+  task_.take(*tools);
   playback_.add(*tools, now);
 }
 
@@ -102,7 +105,10 @@ void ViewCore::begin(bool anew, Micros now) {
     ++mesh_version_;
   }
   if (other_mesh || anew) shapes_.rest(mesh_.complete() ? mesh_.mesh().vertices : std::vector<MeshVertex>{});
-  if (anew) heard_any_ = false;
+  if (anew) {
+    heard_any_ = false;
+    task_.clear();
+  }
   state_due_ = false;
   next_state_ = Micros::max();
   asking_.clear();

@@ -14,6 +14,7 @@
 #include "client/viewer/mesh_assembly.hpp"
 #include "client/viewer/playback.hpp"
 #include "client/viewer/shape_assembly.hpp"
+#include "client/viewer/task_watch.hpp"
 
 namespace palpate {
 
@@ -58,6 +59,8 @@ class ViewCore : public ClientSession {
   Micros lateness(Micros now) const;
   /// State of the room from the server's newest report; empty before the first.
   const RoomView& room() const { return room_; }
+  /// The room's training task and its progress.
+  const TaskWatch& task() const { return task_; }
   /// Number of the body's frames received in the last second.
   int shapes_lately(Micros now) const;
   /// True while the server is heard: its newest report is valid.
@@ -90,6 +93,7 @@ class ViewCore : public ClientSession {
   std::vector<Shape> finished_;
   std::vector<Eigen::Vector3f> rest_;
   RoomView room_;
+  TaskWatch task_;
   ViewState state_;         ///< for the datagrams of this session
   bool heard_any_ = false;  ///< true: `state_` is in use
   Micros next_state_ = Micros::max();

@@ -68,6 +68,34 @@ json station_json(const StationView& s, bool late_known) {
   return j;
 }
 
+json point_json(const Vec3& p) { return {rounded(p.x(), 5), rounded(p.y(), 5), rounded(p.z(), 5)}; }
+
+json task_json(const TaskWatch& watch) {
+  const Task& task = *watch.task();
+  json j{{"kind", kind_of(task)}, {"text", task.text}, {"hands", json::array()}};
+  if (const auto* find = std::get_if<FindTask>(&task.goal)) {
+    j["lump"] = point_json(find->lump);
+    j["radius_m"] = rounded(find->radius_m, 5);
+  } else if (const auto* press = std::get_if<PressTask>(&task.goal)) {
+    j["min_n"] = rounded(press->min_n, 3);
+    j["max_n"] = rounded(press->max_n, 3);
+  } else {
+    j["line"] = json::array();
+    for (const LinePoint& point : std::get<TraceTask>(task.goal).line) j["line"].push_back(point_json(point.at));
+  }
+  for (const TaskWatch::Hand& hand : watch.hands()) {
+    json one{{"station", hand.station},
+             {"score", rounded(hand.progress.score, 1)},
+             {"done", rounded(hand.progress.done, 3)},
+             {"finished", hand.progress.finished()},
+             {"force_n", rounded(hand.force_n, 2)},
+             {"text", in_words(task, hand.progress)}};
+    if (hand.progress.mark) one["mark"] = point_json(*hand.progress.mark);
+    j["hands"].push_back(std::move(one));
+  }
+  return j;
+}
+
 /// Returns the text, with a replacement for bytes that are no UTF-8: names come from the network and from files.
 std::string text_of(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
 
@@ -130,6 +158,7 @@ std::string room_message(const PageState& state) {
     j["asleep"] = state.room->asleep;
     j["starved"] = state.room->starved;
   }
+  if (state.task != nullptr && state.task->task() != nullptr) j["task"] = task_json(*state.task);
   return text_of(j);
 }
 

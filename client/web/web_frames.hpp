@@ -28,15 +28,17 @@ std::string shape_frame(const ViewMoment& moment, std::span<const Eigen::Vector3
 /// State of the source as its line of text says it, and of the page's clock.
 struct PageState {
   std::string title, status;
-  bool live = true;           ///< false: a recording
-  bool heard = true;          ///< false: the figures are out of date and omitted
-  bool late_known = true;     ///< true: the number of late ticks is known
-  double t_s = 0;             ///< time of the moment shown, that of shape_frame()
-  double speed = 1;           ///< of a recording
-  bool playing = true;        ///< false: a recording is paused
-  const RoomView* room = {};  ///< null: unknown
+  bool live = true;            ///< false: a recording
+  bool heard = true;           ///< false: the figures are out of date and omitted
+  bool late_known = true;      ///< true: the number of late ticks is known
+  double t_s = 0;              ///< time of the moment shown, that of shape_frame()
+  double speed = 1;            ///< of a recording
+  bool playing = true;         ///< false: a recording is paused
+  const RoomView* room = {};   ///< null: unknown
+  const TaskWatch* task = {};  ///< null, or without a task: none
 };
-/// Returns the stations, their links and the body's figures, as JSON of type "room".
+/// Returns the stations, their links, the body's figures and the training task, as JSON of type "room". The place of a lump that
+/// is to be found is part of it: the page is for an instructor.
 std::string room_message(const PageState& state);
 
 /// Returns the plots of the last History::kSpan as JSON of type "history".

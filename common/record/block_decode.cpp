@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/wire/sense.hpp"
+#include "common/wire/task_wire.hpp"
 #include "recording_generated.h"
 
 namespace palpate {
@@ -275,6 +276,7 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
   sense.number(head.rate_hz, 0, kMaxRateHz);
   sense.number(head.shapes_hz, 0, kMaxRateHz);
   if (table->surface() && !decode(*table->surface(), head.surface, sense)) return std::nullopt;
+  if (table->task()) sense.that(read_task(*table->task(), head.task.emplace()) == WireFault::none);
   return sense.ok() ? std::optional(std::move(head)) : std::nullopt;
 }
 

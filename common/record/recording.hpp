@@ -7,12 +7,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
 #include "common/patch/patch.hpp"
+#include "common/task/task.hpp"
 
 namespace palpate {
 
@@ -37,6 +39,7 @@ struct RecordingHead {
   std::string scene;                  ///< JSON with all defaults; empty in a station's recording
   std::string scene_file;             ///< paths inside the scene are relative to it
   RecordedSurface surface;            ///< only in a room's recording
+  std::optional<Task> task = {};      ///< of a room, the training task that its scene states
 };
 
 /// The samples of a tool that were passed to a frame, at their original resolution, each once.

@@ -9,6 +9,7 @@
 #include "common/base/in_quotes.hpp"
 #include "common/record/layout.hpp"
 #include "common/wire/pack.hpp"
+#include "common/wire/task_wire.hpp"
 #include "recording_generated.h"
 
 namespace palpate {
@@ -52,6 +53,15 @@ std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
   return table;
 }
 
+std::unique_ptr<wire::TaskT> table_of(const Task& task) {
+  flatbuffers::FlatBufferBuilder builder;
+  pack::Packer packer;
+  const auto written = write_task(builder, packer, task);
+  if (!packer.ok()) return nullptr;
+  builder.Finish(written);
+  return std::unique_ptr<wire::TaskT>(flatbuffers::GetRoot<wire::Task>(builder.GetBufferPointer())->UnPack());
+}
+
 record::HeadT table_of(const RecordingHead& head) {
   record::HeadT table;
   table.kind = static_cast<std::uint8_t>(head.kind);
@@ -64,6 +74,7 @@ record::HeadT table_of(const RecordingHead& head) {
   table.scene = head.scene;
   table.scene_file = made_plain(head.scene_file);
   table.surface = table_of(head.surface);
+  if (head.task) table.task = table_of(*head.task);
   return table;
 }
 

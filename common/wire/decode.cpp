@@ -6,6 +6,7 @@
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
 #include "common/wire/sense.hpp"
+#include "common/wire/task_wire.hpp"
 
 namespace palpate {
 namespace {
@@ -160,6 +161,8 @@ WireFault read(const wire::Reset& table, Reset& m) {
   m.resets = table.resets();
   return WireFault::none;
 }
+
+WireFault read(const wire::Task& table, Task& m) { return read_task(table, m); }
 
 WireFault read(const wire::MeshRequest& table, MeshRequest& m) {
   m.piece = table.piece();
@@ -387,6 +390,8 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<RoomView>(datagram.payload_as_RoomView(), message);
     case wire::Payload::PatchTerms:
       return read_into<PatchTerms>(datagram.payload_as_PatchTerms(), message);
+    case wire::Payload::Task:
+      return read_into<Task>(datagram.payload_as_Task(), message);
     default:
       return WireFault::malformed;
   }

@@ -4,6 +4,7 @@
 #include "common/patch/packed_numbers.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/patch_wire.hpp"
+#include "common/wire/task_wire.hpp"
 
 namespace palpate {
 namespace {
@@ -90,6 +91,7 @@ class BodyWriter {
                                                               packer_.duration(m.reach), &stamp, &position));
   }
   Offset<void> operator()(const Reset& m) { return done(wire::Payload::Reset, wire::CreateReset(builder_, m.resets)); }
+  Offset<void> operator()(const Task& m) { return done(wire::Payload::Task, write_task(builder_, packer_, m)); }
   Offset<void> operator()(const Leave&) { return done(wire::Payload::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {
     return done(wire::Payload::MeshRequest, wire::CreateMeshRequest(builder_, m.piece));

@@ -10,6 +10,7 @@
 #include "common/base/types.hpp"
 #include "common/patch/patch.hpp"
 #include "common/patch/terms_pieces.hpp"
+#include "common/task/task.hpp"
 #include "common/wire/body_mesh.hpp"
 #include "common/wire/scheme_in_use.hpp"
 #include "common/wire/shape_blocks.hpp"
@@ -212,8 +213,9 @@ struct Reset {
   std::uint16_t resets = 0;  ///< count in the newest Beat
 };
 
+/// A Task: server -> viewer, every few seconds: the task that the scene states.
 using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece,
-                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance>;
+                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance, Task>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; in a Hello: of the former session, or 0

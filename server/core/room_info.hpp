@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct RoomInfo {
   BodyMesh mesh;                       ///< its surface; for a planar body one side of the cells of its lattice
   std::vector<std::uint32_t> node_of;  ///< node of each vertex of the mesh
   std::uint64_t mesh_hash = 0;
+  std::optional<Task> task = {};
 };
 
 /// The mesh holds the nodes that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with

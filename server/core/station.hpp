@@ -41,6 +41,7 @@ struct Outbox {
   std::optional<double> mesh_bytes = {};  ///< remaining budget for the mesh; empty before the first piece
   Micros mesh_bytes_at{};                 ///< time of that budget
   bool room = false;                      ///< true while a RoomView is due
+  bool task = false;                      ///< true while the Task is due
 };
 
 /// State of a station with regard to guidance (guidance_relay.hpp).
@@ -100,7 +101,8 @@ struct Station {
   Outbox outbox;
 
   // ViewSender
-  ShapeViewer shape;  ///< state of the stream to a viewer
+  ShapeViewer shape;   ///< state of the stream to a viewer
+  Micros next_task{};  ///< time when it is told the room's task again
 
   // GuidanceRelay
   GuidanceSeat guidance;

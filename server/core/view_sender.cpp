@@ -20,6 +20,9 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
     station.next_report = now + kLinkReportEvery;
     station.outbox.room = true;
     station.outbox.beat = beat_for(stations, station, body);
+    if (!facts_.task || now < station.next_task) continue;
+    station.next_task = now + kTaskEvery;
+    station.outbox.task = true;
   }
   if (result.positions.empty()) return;
   ShapeFrame frame{body.time, result.positions, {}, {}};
@@ -46,6 +49,8 @@ std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::spa
     if (const auto size = emit_shape(stations, viewer, out, now)) return size;
   if (std::exchange(box.room, false))
     if (const auto size = encode_for(viewer, room_view(stations), out, now)) return size;
+  if (std::exchange(box.task, false))
+    if (const auto size = encode_for(viewer, *facts_.task, out, now)) return size;
   if (box.mesh_pieces.empty() || !may_have_mesh(viewer, now)) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();

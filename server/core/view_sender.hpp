@@ -1,4 +1,5 @@
-// Sends viewers the mesh that they ask for, the shape and the tools of each frame, and at intervals the state of the room.
+// Sends viewers the mesh that they ask for, the shape and the tools of each frame, and at intervals the state of the room and its
+// task.
 //
 // After each frame a viewer gets the pieces of the shape that its budget allows (shape_stream.hpp), then the tools, which include
 // the number of pieces. Pieces of the mesh are sent when nothing else waits, at most kMostMeshPieces of those requested.
@@ -14,6 +15,7 @@ namespace palpate {
 class ViewSender {
  public:
   static constexpr std::size_t kMostMeshPieces = 64;  ///< most pieces per viewer that are requested and not yet sent
+  static constexpr Micros kTaskEvery{2'000'000};
 
   ViewSender(RoomInfo facts, double rate_hz) : facts_(std::move(facts)), shapes_(facts_, rate_hz) {}
 

@@ -26,6 +26,7 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.scene = named.text;
   head.scene_file = named.file;
   head.surface = recorded_surface(named.scene);
+  head.task = named.scene.task;
   return head;
 }
 

@@ -4,8 +4,10 @@
 #include "server/scene/capsule.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/scene/ligaments.hpp"
+#include "server/scene/lump.hpp"
 #include "server/scene/mesh_body.hpp"
 #include "server/scene/scene_text.hpp"
+#include "server/scene/task.hpp"
 
 namespace palpate {
 
@@ -68,6 +70,8 @@ Scene build(const SceneText& text) {
     place_tool(lattice, settings, text, scene.tool);
     scene.body = std::move(lattice.body);
   }
+  if (settings.lump) add_lump(scene.body, *settings.lump, text);
+  if (settings.task) scene.task = fit_task(scene.body, settings, text);
   const std::optional<SolidSettings>& solid = settings.mesh ? settings.mesh->solid : settings.lattice.solid;
   if (solid && solid->capsule) add_capsule(scene.body, *solid->capsule);
   add_ligaments(scene.body, settings.ligaments, text);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "common/base/types.hpp"
 #include "common/mechanics/solid_law.hpp"
 #include "common/patch/patch.hpp"
+#include "common/task/task.hpp"
 
 namespace palpate {
 
@@ -109,6 +111,7 @@ struct Scene {
   LumpedBody body;
   ToolSpec tool;
   SolverSpec solver;
+  std::optional<Task> task = {};  ///< for a trainee
 };
 
 /// Folders below which a scene may name meshes. Links are resolved first: a link to a file elsewhere is refused.

@@ -3,6 +3,7 @@
 
 #include "common/base/plain_text.hpp"
 #include "server/scene/settings_fields.hpp"
+#include "server/scene/task.hpp"
 
 namespace palpate {
 
@@ -277,6 +278,8 @@ SceneSettings read_settings(const SceneText& text) {
                 "gravity_m_s2");
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
+  out.lump = read_lump(text, out.lattice.planar);
+  out.task = read_task_settings(text, out.lump);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "server/scene/scene.hpp"
@@ -105,6 +106,25 @@ struct LigamentSettings {
   double radius_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
 };
 
+/// A ball of another stiffness (lump.hpp).
+struct LumpSettings {
+  Vec3 center_m = Vec3::Zero();
+  double radius_m = 0, stiffness_ratio = 1;
+};
+
+/// A training task as the scene file states it: one of these goals.
+struct FindSettings {
+  double within_m = 0;
+};
+struct TraceSettings {
+  std::vector<Vec3> line_m;
+  double tolerance_m = 0;
+};
+struct TaskSettings {
+  std::string text;
+  std::variant<FindSettings, PressTask, TraceSettings> goal;
+};
+
 struct SceneSettings {
   std::string name;
   LatticeSettings lattice;
@@ -115,6 +135,8 @@ struct SceneSettings {
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
   double step_ms = 10;                          ///< step of the solver
   IntegratorKind integrator = IntegratorKind::automatic;
+  std::optional<LumpSettings> lump = {};
+  std::optional<TaskSettings> task = {};
 };
 
 /// Checks ranges and fills in defaults. Throws InputError.

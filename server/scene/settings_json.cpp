@@ -177,6 +177,46 @@ Json to_json(const MeshBodySettings& body) {
   return out;
 }
 
+Json to_json(const LumpSettings& lump) {
+  Json out = Json::object();
+  out.add("center_m", list(lump.center_m));
+  out.add("radius_m", Json::number(lump.radius_m));
+  out.add("stiffness_ratio", Json::number(lump.stiffness_ratio));
+  return out;
+}
+
+Json to_json(const FindSettings& find) {
+  Json out = Json::object();
+  out.add("within_m", Json::number(find.within_m));
+  return out;
+}
+Json to_json(const PressTask& press) {
+  Json out = Json::object();
+  out.add("min_n", Json::number(press.min_n));
+  out.add("max_n", Json::number(press.max_n));
+  out.add("time_s", Json::number(press.time_s));
+  return out;
+}
+Json to_json(const TraceSettings& trace) {
+  Json out = Json::object();
+  Json& line = out.add("line", Json::array());
+  for (const Vec3& at : trace.line_m) {
+    Json point = Json::object();
+    point.add("at_m", list(at));
+    line.items.push_back(std::move(point));
+  }
+  out.add("tolerance_m", Json::number(trace.tolerance_m));
+  return out;
+}
+
+Json to_json(const TaskSettings& task) {
+  constexpr const char* kGoals[] = {"find", "press", "trace"};
+  Json out = Json::object();
+  out.add("text", Json::string(task.text));
+  out.add(kGoals[task.goal.index()], std::visit([](const auto& goal) { return to_json(goal); }, task.goal));
+  return out;
+}
+
 }  // namespace
 
 Json to_json(const SceneSettings& settings) {
@@ -197,6 +237,7 @@ Json to_json(const SceneSettings& settings) {
     }
   }
   body.add("reference_configuration", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
+  if (settings.lump) body.add("lump", to_json(*settings.lump));
   Json& tool = out.add("tool", Json::object());
   tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(settings.tool.contact)]));
   if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));
@@ -206,6 +247,7 @@ Json to_json(const SceneSettings& settings) {
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));
   solver.add("integrator", Json::string(kIntegratorNames[static_cast<std::size_t>(settings.integrator)]));
+  if (settings.task) out.add("task", to_json(*settings.task));
   return out;
 }
 

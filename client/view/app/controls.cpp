@@ -13,8 +13,8 @@ constexpr const char* kLookKeys =
     "body "
     "to rest   Q quit";
 constexpr const char* kTouchKeys =
-    "left button touch   wheel deeper   right drag turn   middle drag move   F fit   L light   W lines   C colours   "
-    "N next frame   P panels   R record   X body to rest   Q quit";
+    "left button touch   wheel deeper   M mark   right drag turn   middle drag move   F fit   L light   W lines   "
+    "C colours   N next frame   P panels   R record   X body to rest   Q quit";
 constexpr const char* kReplayKeys =
     "space play   , . frame   [ ] speed   page 5 s   home end   drag turn   F fit   L light   W lines   P panels   Q quit";
 
@@ -109,6 +109,9 @@ void Controls::on_key(int key, int mods) {
       return view_.camera().cover(frame().covered);
     case GLFW_KEY_N:
       look_.patch = touch_ != nullptr && !look_.patch;
+      return;
+    case GLFW_KEY_M:
+      if (touch_ != nullptr) touch_->click();
       return;
     case GLFW_KEY_R:
       if (live_ != nullptr) live_->toggle_recording();

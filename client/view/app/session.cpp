@@ -104,6 +104,7 @@ Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
                     .patch_ages = &patch_ages_,
                     .stations = {},
                     .now = now};
+  caption.task = &core().task();
   if (!record_note_.empty()) caption.status += "    " + record_note_;
   return caption;
 }

@@ -67,6 +67,10 @@ void TouchStation::aim(const Vec3& target) {
   if (mouse_) mouse_->aim(target);
 }
 
+void TouchStation::click() {
+  if (mouse_) mouse_->click();
+}
+
 std::string TouchStation::refusal() const {
   const ClientStatus status = udp_.status();
   return status.link == LinkState::refused ? status.refusal : std::string();

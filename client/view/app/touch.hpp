@@ -27,6 +27,8 @@ class TouchStation {
   bool touching() const { return loop_ != nullptr; }
   /// Sets the target of the tool; no effect before touching().
   void aim(const Vec3& target);
+  /// Presses the tool's button for a moment: marks a place.
+  void click();
   /// The tool as it is now, without the delay of shapes. Valid when touching().
   const ToolView& tool() const { return tool_; }
   /// Returns the prediction of the patch in use for the frame last passed at `moment`; nullptr when there is none.

@@ -38,6 +38,7 @@ PageState LivePage::state(Micros now) const {
     state.title = core_.welcome().scene;
     state.status = status_line(core_, now);
     state.room = &core_.room();
+    state.task = &core_.task();
   } else {
     state.title = "palpate";
     state.status = (link_.nobody_listens() ? "nothing listens at " : "waiting for ") + link_.server();
@@ -45,6 +46,7 @@ PageState LivePage::state(Micros now) const {
   if (core_.link() == LinkState::refused) {
     state.status = core_.refusal();
     state.room = nullptr;
+    state.task = nullptr;
   }
   return state;
 }

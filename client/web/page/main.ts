@@ -1,6 +1,6 @@
 // The page: what palpate-web sends, drawn and said; keys and buttons.
 import { contextOf, ForcePlot } from "./plot";
-import { readBinary, type Hello, type Recording, type Room, type Shape, type Station, type TextMessage } from "./protocol";
+import { readBinary, type Hello, type Recording, type Room, type Shape, type Station, type Task, type TextMessage } from "./protocol";
 import { lengthText } from "./scales";
 import { BodyScene } from "./scene";
 import { markElement, Marks } from "./stations";
@@ -122,6 +122,7 @@ function showRoom(): void {
   if (!room.live) showLink("replay", room.playing ? "playing" : "paused");
   else if (room.heard) showLink("live", "live");
   else showLink("waiting", shape ? "server silent" : "waiting");
+  showTask(room.task);
   showFigures();
   if (recording) {
     const at = room.t - recording.begin;
@@ -133,6 +134,52 @@ function showRoom(): void {
     element("play").setAttribute("aria-label", room.playing ? "Pause" : "Play");
     element("play-shape").setAttribute("d", room.playing ? "M5 3h4v14H5zM11 3h4v14h-4z" : "M5 3l12 7-12 7z");
   }
+}
+
+/** The goal, a bar of each hand's progress, and of "press" the band of the force with a mark for each hand. */
+function showTask(task: Task | undefined): void {
+  element("task-panel").hidden = !task;
+  scene.setTarget(task);
+  if (!task) return;
+  element("task-text").textContent = task.text;
+  const band = element("band");
+  band.hidden = task.kind !== "press";
+  for (const old of band.querySelectorAll(".needle")) old.remove();
+  if (task.min_n !== undefined && task.max_n !== undefined) {
+    const most = 1.5 * task.max_n;
+    const place = (force_n: number) => `${Math.min(100, (100 * force_n) / most)}%`;
+    element("band-good").style.left = element("band-low").style.left = place(task.min_n);
+    element("band-good").style.right = `${100 - (100 * task.max_n) / most}%`;
+    element("band-high").style.left = place(task.max_n);
+    element("band-low").textContent = String(task.min_n);
+    element("band-high").textContent = `${task.max_n} N`;
+    for (const hand of task.hands) {
+      const needle = document.createElement("div");
+      needle.className = "needle";
+      needle.style.left = place(hand.force_n);
+      needle.append(markElement(marks.of(hand.station)));
+      band.append(needle);
+    }
+  }
+  element("task-hands").replaceChildren(
+    ...task.hands.map((hand) => {
+      const box = document.createElement("div");
+      box.className = "task-hand";
+      const name = document.createElement("span");
+      name.className = "name";
+      name.textContent = hand.station;
+      const score = document.createElement("b");
+      score.textContent = hand.finished ? `score ${hand.score.toFixed(0)}` : `${hand.score.toFixed(0)} of 100`;
+      const bar = document.createElement("progress");
+      bar.value = hand.done;
+      bar.setAttribute("aria-label", `${hand.station}: ${hand.text}`);
+      const words = document.createElement("span");
+      words.className = "soft";
+      words.textContent = hand.text;
+      box.append(markElement(marks.of(hand.station)), name, score, bar, words);
+      return box;
+    }),
+  );
 }
 
 function clockText(s: number): string {

@@ -36,6 +36,27 @@ export interface Station {
   late?: number;
 }
 
+export interface TaskHand {
+  station: string;
+  score: number; // 0 to 100
+  done: number; // share of the task
+  finished: boolean;
+  force_n: number;
+  text: string;
+  mark?: [number, number, number]; // of "find" [m]
+}
+
+export interface Task {
+  kind: "find" | "press" | "trace";
+  text: string;
+  hands: TaskHand[];
+  lump?: [number, number, number]; // "find": its centre [m]
+  radius_m?: number;
+  min_n?: number; // "press"
+  max_n?: number;
+  line?: [number, number, number][]; // "trace" [m]
+}
+
 export interface Room {
   type: "room";
   title: string;
@@ -52,6 +73,7 @@ export interface Room {
   real_time?: number | null;
   asleep?: boolean;
   starved?: boolean;
+  task?: Task;
 }
 
 export interface Recording {

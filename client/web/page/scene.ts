@@ -1,7 +1,7 @@
 // The body and the tools, drawn by three.js with palpate-view's colours, instruments and scales.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { applyBlocks, type Mesh, type Shape, type Tool } from "./protocol";
+import { applyBlocks, type Mesh, type Shape, type Task, type Tool } from "./protocol";
 import { Refinement } from "./refine";
 import { roundDown125, roundUp125 } from "./scales";
 import type { Marks } from "./stations";
@@ -16,6 +16,8 @@ const LEAN = new THREE.Vector3(0.5, 0.36, 0.79); // shaft of a device without or
 const AZIMUTH = -0.95;
 const ELEVATION = 0.62;
 const UP = new THREE.Vector3(0, 0, 1);
+const TARGET = "#0abfdb"; // of a training task
+const MARK = "#1a9e5c";
 const SLOW_MS = 150; // time from a picture to the next at which the machine is too slow for this quality
 const SLOW_MOST = 8; // times SLOW_MS, over successive pictures, of which one counts for four at most
 
@@ -68,6 +70,8 @@ export class BodyScene {
   private tools: Tool[] = [];
   private readonly instruments = new Map<string, Instrument>();
   private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M } };
+  private readonly target = new THREE.Group(); // of a training task
+  private targetKey = "";
   private colorMost = LEAST_LEGEND_M;
   private forcePeak = LEAST_FORCE_N;
   private held = new THREE.Color();
@@ -97,7 +101,7 @@ export class BodyScene {
     this.sun.shadow.radius = 7;
     this.sun.shadow.blurSamples = 12;
     this.floor.receiveShadow = true;
-    this.scene.add(this.sun, this.sun.target, this.rim, this.rim.target, this.sky, this.floor);
+    this.scene.add(this.sun, this.sun.target, this.rim, this.rim.target, this.sky, this.floor, this.target);
     this.setTheme(false, "#4d5c6b");
   }
 
@@ -277,6 +281,37 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying f
     this.expect(most, Math.max(0, ...shape.tools.map((tool) => Math.hypot(...tool.force))));
     this.tools = shape.tools;
     this.placeTools();
+    this.dirty = true;
+  }
+
+  /** Shows the line, the lump and the marks of a training task, seen through the body. */
+  setTarget(task: Task | undefined): void {
+    const marks = task?.hands.flatMap((hand) => (hand.mark ? [hand.mark] : [])) ?? [];
+    const key = JSON.stringify([task?.line, task?.lump, task?.radius_m, marks, this.diagonal]);
+    if (key === this.targetKey) return;
+    this.targetKey = key;
+    for (const part of [...this.target.children]) {
+      this.target.remove(part);
+      if (!(part instanceof THREE.Mesh)) continue;
+      part.geometry.dispose();
+      (part.material as THREE.Material).dispose();
+    }
+    const add = (geometry: THREE.BufferGeometry, color: string, opacity: number) => {
+      const part = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color, opacity, depthTest: false, transparent: true }));
+      part.renderOrder = 1;
+      this.target.add(part);
+      return part;
+    };
+    const thin = 0.004 * this.diagonal;
+    if (task?.line) {
+      const points = task.line.map((at) => new THREE.Vector3(...at));
+      const path = new THREE.CurvePath<THREE.Vector3>();
+      for (let i = 1; i < points.length; ++i) path.add(new THREE.LineCurve3(points[i - 1], points[i]));
+      add(new THREE.TubeGeometry(path, 4 * points.length, thin, 8), TARGET, 0.9);
+      add(new THREE.SphereGeometry(2.5 * thin, 20, 14), TARGET, 0.9).position.copy(points[0]);
+    }
+    if (task?.lump) add(new THREE.SphereGeometry(task.radius_m, 32, 20), TARGET, 0.4).position.set(...task.lump);
+    for (const mark of marks) add(new THREE.SphereGeometry(2.5 * thin, 20, 14), MARK, 0.95).position.set(...mark);
     this.dirty = true;
   }
 

@@ -194,6 +194,29 @@ TEST_CASE("The room's message has each station's link and scheme, and no number 
   CHECK_FALSE(json::parse(room_message(state))["stations"][0].contains("late"));
 }
 
+TEST_CASE("The room's message has the training task, its target and the progress of each hand", "[web]") {
+  TaskWatch watch;
+  PageState state;
+  state.task = &watch;
+  CHECK_FALSE(json::parse(room_message(state)).contains("task"));
+  watch.take(Task{"hold", PressTask{0.5, 2, 1}});
+  for (std::uint32_t k = 0; k <= 10; ++k)
+    watch.take(Tools{k, Micros{50'000 * k}, 0, {{"anna", Vec3::Zero(), Vec3(0, 0, 1), true}}});
+  const json held = json::parse(room_message(state))["task"];
+  CHECK(held["kind"] == "press");
+  CHECK(held["text"] == "hold");
+  CHECK(held["max_n"] == 2.0);
+  CHECK(held["hands"] ==
+        json::parse(R"([{"station":"anna","score":50.0,"done":0.5,"finished":false,"force_n":1.0,"text":"held 0.5 of 1 s"}])"));
+  watch.take(Task{"find", FindTask{Vec3(0.01, 0, 0.02), Vec3(0.01, 0, 0.04), 0.005, 0.005}});
+  watch.take(Tools{11, Micros{550'000}, 0, {{"anna", Vec3(0.02, 0, 0.04), Vec3(0, 0, 1), true, {}, 1}}});
+  const json found = json::parse(room_message(state))["task"];
+  CHECK(found["lump"] == json({0.01, 0.0, 0.02}));
+  CHECK(found["hands"][0]["mark"] == json({0.02, 0.0, 0.04}));
+  watch.take(Task{"trace", TraceTask{{{Vec3(0, 0, 0)}, {Vec3(0.1, 0, 0)}}, 0.002}});
+  CHECK(json::parse(room_message(state))["task"]["line"] == json::parse("[[0.0,0.0,0.0],[0.1,0.0,0.0]]"));
+}
+
 TEST_CASE("A browser gets the viewer's own colours, and the extent of a recording", "[web]") {
   const json live = json::parse(hello_message({.program = "p"}));
   CHECK(live["live"] == true);

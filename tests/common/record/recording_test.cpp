@@ -27,6 +27,7 @@ TEST_CASE("a recording says what it is of, and keeps the surface's vertices alon
   CHECK(recording.head().rate_hz == 20);
   CHECK(recording.head().shapes_hz == 10);
   CHECK(recording.head().scene == "{\"name\": \"pyramid\"}");
+  CHECK(recording.head().task == small_head().task);
   const RecordedSurface& surface = recording.head().surface;
   CHECK(surface.body_vertices == 5);
   CHECK(surface.mesh_hash == 77);

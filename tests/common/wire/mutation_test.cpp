@@ -42,6 +42,17 @@ struct Sensible {
   bool operator()(const Guidance& m) const {
     return sensible(m.partner) && !m.partner.empty() && m.hand <= GuidanceHand::absent && sensible(m.position, kWorldExtentM);
   }
+  bool operator()(const Task& m) const {
+    if (m.text.empty() || !sensible(m.text)) return false;
+    if (const auto* press = std::get_if<PressTask>(&m.goal))
+      return press->min_n >= 0 && press->min_n <= press->max_n && press->max_n <= kMaxTaskForceN && press->time_s > 0;
+    if (const auto* find = std::get_if<FindTask>(&m.goal))
+      return sensible(find->lump, kWorldExtentM) && sensible(find->above, kWorldExtentM) && find->within_m > 0;
+    const auto& line = std::get<TraceTask>(m.goal).line;
+    return line.size() >= 2 && line.size() <= kMaxLinePoints && std::all_of(line.begin(), line.end(), [](const LinePoint& p) {
+             return sensible(p.at, kWorldExtentM) && std::abs(p.normal.norm() - 1) < 1e-9;
+           });
+  }
   bool operator()(const Leave&) const { return true; }
   bool operator()(const Reset&) const { return true; }
   bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }

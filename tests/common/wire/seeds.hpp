@@ -280,6 +280,12 @@ inline std::vector<Message> every_kind() {
   Tools turned{18, Micros{99}, 1, {{"pen", Vec3(1, 1, 1), Vec3::Zero(), true, Eigen::Quaterniond(0, 1, 0, 0), 3}}};
   turned.tools.push_back({"buttons", Vec3::Zero(), Vec3::Zero(), false, {}, 1, "pen"});
   all.push_back(message(turned));
+  all.push_back(message(Task{"Find it", FindTask{Vec3(0.01, -0.02, 0.03), Vec3(0.01, -0.02, 0.05), 0.009, 0.012}}));
+  all.push_back(message(Task{"Hold", PressTask{0.5, 1.25, 3}}));
+  TraceTask trace{{}, 0.002};
+  for (std::size_t i = 0; i < kMaxLinePoints; ++i)
+    trace.line.push_back({Vec3(0.005 * static_cast<double>(i), noise(random), 0.1), Vec3(noise(random), -0.2, 1).normalized()});
+  all.push_back(message(Task{std::string(kMaxTaskText, 't'), trace}));
   return all;
 }
 

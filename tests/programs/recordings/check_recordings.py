@@ -242,6 +242,44 @@ def check_sheet(programs, scenes, work):
     assert longest < 1.5 * numpy.ptp(points, axis=0).max() / 12, "a line joins what are no neighbours"
 
 
+def check_task(programs, scenes, work):
+    """The score of a training task, from the exported forces, and a mark by the button of a motion."""
+    for task in ("press", "find"):
+        scene, file, out = scenes / "tasks" / f"{task}.json", work / f"{task}.rec", work / f"{task}-task"
+        motion = work / f"{task}.csv"
+        lab(programs, "gesture", "--scene", scene, "--kind", "press", "--out", motion)
+        rows = [line.split(",") for line in motion.read_text().split()]
+        deepest = min(rows[1:], key=lambda row: float(row[3]))
+        pressed = [[*rows[0], "buttons"], *([*row, int(0 <= float(row[0]) - float(deepest[0]) < 0.2)] for row in rows[1:])]
+        motion.write_text("".join(",".join(map(str, row)) + "\n" for row in pressed))
+        server = subprocess.Popen([programs / "palpate-server", "--scene", scene, "--listen", "127.0.0.1:0", "--record", file],
+                                  stdout=subprocess.PIPE, text=True)
+        address = re.search(r"at (127\.0\.0\.1:\d+)", server.stdout.readline()).group(1)
+        subprocess.run([programs / "palpate-client", "--server", address, "--device", "replay", "--motion", motion, "--realtime", "off",
+                        "--station", "anna", "--duration-s", str(float(rows[-1][0]) + 0.5)], stdout=subprocess.DEVNULL, check=True)
+        server.terminate()
+        server.communicate()
+        said = lab(programs, "summary", "--recording", file, "--out", out).stdout
+        attempt, = json.loads((out / "summary.json").read_text())["stations"]["anna"]["attempts"]
+        row, = lines_of(out / "tasks.csv")
+        assert row["station"] == "anna" and row["task"] == task and abs(float(row["score"]) - attempt["score"]) < 0.01
+        assert "attempt 1 scores" in said and json.loads((out / "summary.json").read_text())["task"]["kind"] == task
+        forces = column(lines_of(out / "anna" / "forces.csv"), "t_s", "fx_n", "fy_n", "fz_n", "contact", "x_m", "y_m", "z_m")
+        size = numpy.linalg.norm(forces[:, 1:4], axis=1)
+        assert size.max() > 0.2, size.max()
+        if task == "press":
+            assert abs(attempt["force_max_n"] - size.max()) < 1e-5
+            band = json.loads(scene.read_text())["task"]["press"]
+            longest = stretch = 0.0
+            for held, inside in zip(numpy.minimum(numpy.diff(forces[:, 0]), 0.25), (size >= band["min_n"]) & (size <= band["max_n"])):
+                stretch = stretch + held if inside else 0.0
+                longest = max(longest, stretch)
+            assert abs(attempt["held_s"] - longest) < 1e-4 and abs(attempt["score"] - 100 * min(1, longest / band["time_s"])) < 0.01
+        else:
+            mark = numpy.array([float(row[f"mark_{axis}_m"]) for axis in "xyz"])
+            assert attempt["marked"] == 1 and numpy.linalg.norm(mark - [float(x) for x in deepest[1:4]]) < 2e-3, mark
+
+
 def check_ended_well(programs, scenes, work):
     for name in ("server.rec", "client.rec"):
         (work / name).unlink()
@@ -271,6 +309,7 @@ def main():
     check_summary(programs, work)
     check_replay(programs, work)
     check_sheet(programs, scenes, work)
+    check_task(programs, scenes, work)
     check_ended_well(programs, scenes, work)
     print(f"recordings hold; lost at the end, server and client [s]: {tries[-1]}")
 

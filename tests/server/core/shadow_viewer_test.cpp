@@ -219,3 +219,25 @@ TEST_CASE("a mesh hash tells one topology, one rest position and one fixed node 
   REQUIRE(facts.mesh.vertices.size() == 4);  // a vertex that no triangle uses is not shown
   for (std::size_t v = 0; v < 4; ++v) CHECK(facts.mesh.vertices[v].rest == a.body.nodes[facts.node_of[v]]);
 }
+
+TEST_CASE("a viewer is told the room's task, soon and again every two seconds, and a hand is not") {
+  Bench bench;
+  RoomInfo facts = test_facts();
+  facts.task = Task{"hold", PressTask{0.5, 2, 3}};
+  bench.core = ServerCore(facts, {.draw = repeatable(42), .rate_hz = 20});
+  RawStation eye(bench, 1, "eye"), hand(bench, 2, "hand");
+  eye.hello.role = Role::viewer;
+  eye.join();
+  hand.join().live(1s);
+  const auto told = [&](PeerId peer) {
+    return std::count_if(bench.sent.begin(), bench.sent.end(), [&](const auto& entry) {
+      const auto* task = std::get_if<Task>(&entry.second.body);
+      if (task) CHECK(*task == *facts.task);
+      return task && entry.first == peer;
+    });
+  };
+  CHECK(told(1) == 1);
+  hand.live(2s);
+  CHECK(told(1) == 2);
+  CHECK(told(2) == 0);
+}

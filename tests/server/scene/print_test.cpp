@@ -25,6 +25,9 @@ void check_same(const Scene& a, const Scene& b) {
   CHECK(a.body.law == b.body.law);
   CHECK(a.body.stiffening == b.body.stiffening);
   CHECK(a.body.gravity_m_s2 == b.body.gravity_m_s2);
+  CHECK(a.task == b.task);
+  REQUIRE(a.body.materials.size() == b.body.materials.size());
+  for (std::size_t i = 0; i < a.body.materials.size(); ++i) CHECK(a.body.materials[i].young_pa == b.body.materials[i].young_pa);
   REQUIRE(a.body.elements.size() == b.body.elements.size());
   for (std::size_t i = 0; i < a.body.elements.size(); ++i) {
     const Element &x = a.body.elements[i], &y = b.body.elements[i];
@@ -45,6 +48,8 @@ TEST_CASE("A printed scene loads to the same body to the bit, and prints the sam
   files.push_back(folder.write("named by its file.json",
                                replaced(replaced(test::kSoftCube, "\"name\": \"cube6\",", ""), "\"nodes\"",
                                         R"("spring_law": "stiffening", "gravity_m_s2": [0, 1e-7, -9.81], "nodes")")));
+  for (const char* name : {"find", "press", "trace"})
+    files.push_back(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/tasks" / (std::string(name) + ".json"));
   for (const auto& file : files) {
     INFO(file);
     const std::string printed = print_scene(file);
