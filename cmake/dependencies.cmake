@@ -47,6 +47,9 @@ if(PALPATE_WEB)
 endif()
 if(PALPATE_TESTS)
   find_package(Catch2 REQUIRED)
+  # The other end of palpate-bridge igtl; its tests do without it where it is missing.
+  find_path(PALPATE_IGTL_INCLUDE_DIR igtlPolyDataMessage.h PATH_SUFFIXES openigtlink)
+  find_library(PALPATE_IGTL_LIBRARY OpenIGTLink)
   # The first python3 on PATH may be one without Debian's modules, so the one that has numpy is looked for.
   if(NOT PALPATE_PYTHON_NUMPY)
     foreach(python /usr/bin/python3 python3)

@@ -193,7 +193,7 @@ function(palpate_export)
     COMPONENT libpalpate-dev)
   foreach(folder common server client bench)
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate COMPONENT libpalpate-dev
-      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "web" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "report" EXCLUDE PATTERN "tissue" EXCLUDE PATTERN "micro" EXCLUDE PATTERN "metrics" EXCLUDE)
+      FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "app" EXCLUDE PATTERN "view" EXCLUDE PATTERN "web" EXCLUDE PATTERN "igtl" EXCLUDE PATTERN "lab" EXCLUDE PATTERN "command_line" EXCLUDE PATTERN "output" EXCLUDE PATTERN "report" EXCLUDE PATTERN "tissue" EXCLUDE PATTERN "micro" EXCLUDE PATTERN "metrics" EXCLUDE)
   endforeach()
   palpate_header_with_alignment(${PROJECT_BINARY_DIR}/installed/types.hpp)
   install(FILES ${PROJECT_BINARY_DIR}/installed/types.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate/common/base COMPONENT libpalpate-dev)

@@ -10,7 +10,7 @@ endforeach()
 set(files ${PROJECT_SOURCE_DIR}/cmake/package)
 set(doc ${CMAKE_INSTALL_DATAROOTDIR}/doc)
 set(share ${CMAKE_INSTALL_DATAROOTDIR}/palpate)
-set(programs palpate-server palpate-client palpate-relay palpate-view palpate-web palpate-lab palpate-fidelity palpate-key)
+set(programs palpate-server palpate-client palpate-relay palpate-view palpate-web palpate-bridge palpate-lab palpate-fidelity palpate-key)
 set(CPACK_COMPONENTS_ALL palpate-server palpate-client palpate-key palpate-view palpate-web palpate-lab palpate-data palpate-doc python3-palpate libpalpate1
   libpalpate-dev)
 

@@ -81,7 +81,7 @@ a window or as pictures without a display; the mouse can be a hand."
 describe(palpate-web "touch of a deformable body over a network: page for browsers
 Shows the body that palpate-server simulates or a recording holds, and every
 hand on it with its force, link and scheme, to browsers of this machine, or of
-others that have a password."
+others that have a password; and to 3D Slicer over OpenIGTLink."
   SUGGESTS "palpate-doc")
 describe(palpate-lab "touch of a deformable body over a network: experiments
 Measures what a hand feels of delay, jitter and loss beside the full model at

@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 PAGE = "docs/reference/command-line.md"
-PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-web", "palpate-relay", "palpate-fidelity", "palpate-key")
+PROGRAMS = ("palpate-server", "palpate-client", "palpate-view", "palpate-web", "palpate-bridge", "palpate-relay", "palpate-fidelity", "palpate-key")
 KEY_COMMANDS = ("new", "trust", "admit", "show", "issue")
 HEAD = """# Command line
 
@@ -37,6 +37,7 @@ def section(level, name, text):
 def page(root, programs):
     parts = [HEAD, section(2, "dev", said("dev", "help", cwd=root))]
     parts += [section(2, name, said(name, "--help", cwd=programs)) for name in PROGRAMS]
+    parts.append(section(3, "palpate-bridge igtl", said("palpate-bridge", "igtl", "--help", cwd=programs)))
     parts += [section(3, f"palpate-key {name}", said("palpate-key", name, "--help", cwd=programs)) for name in KEY_COMMANDS]
     experiments = said("palpate-lab", "list", cwd=programs)
     parts.append(section(2, "palpate-lab", f"usage: palpate-lab EXPERIMENT [OPTIONS]      (palpate-lab list names them)\n\n{experiments}"))

@@ -24,7 +24,7 @@ PROGRAMS = {  # package: its programs
     "palpate-client": ["palpate-client", "palpate-relay"],
     "palpate-key": ["palpate-key"],
     "palpate-view": ["palpate-view"],
-    "palpate-web": ["palpate-web"],
+    "palpate-web": ["palpate-bridge", "palpate-web"],
     "palpate-lab": ["palpate-fidelity", "palpate-lab"],
 }
 HOLDS = {  # package: files beside programs and texts that have to be there

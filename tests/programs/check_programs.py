@@ -39,7 +39,7 @@ class Room:
 
 def check_helps(programs):
     web = ("palpate-web",) if (programs / "palpate-web").exists() else ()
-    for name in ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", *web):
+    for name in ("palpate-server", "palpate-client", "palpate-view", "palpate-relay", "palpate-bridge", *web):
         done = run(programs, name, "--help")
         assert done.returncode == 0 and "->" not in done.stdout, f"{name} --help: {done.stdout}"
         assert not re.search(r"\b(TEXT|FLOAT|UINT|INT)\b", done.stdout) and f"Example:\n  {name}" in done.stdout, done.stdout

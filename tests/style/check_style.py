@@ -76,7 +76,7 @@ OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else Non
     (r"NearPart|near_part|\bnear part\b", "nonlinear subdomain", None),
     (r"TurnedDampers|turned_dampers|turned dampers", "lagged damping", None),
     (r"beyond[_ ]linear|BeyondLinear", "nonlinear residual", None),
-    (r"\bk?[Bb]ridge[ds]?(_\w*)?\b|\bk\w*Bridge\w*", "prediction horizon",
+    (r"(?<!palpate-)\bk?[Bb]ridge[ds]?(_\w*)?\b|\bk\w*Bridge\w*", "prediction horizon",
      r"schema/recording\.fbs|common/record/block_decode\.cpp|docs/reference/recording\.md|bench/lab/session_csv\.cpp"),
     (r"\b[Cc]rews?_?\b|SpinningCrew|spinning_crew|\bemploy\b", "thread pool", None),
     (r"\bdoz(e|es|ed|ing)\b", "idle", None),

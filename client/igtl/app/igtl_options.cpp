@@ -1,0 +1,82 @@
+#include "client/igtl/app/igtl_options.hpp"
+
+#include "common/base/limits.hpp"
+#include "common/base/plain_text.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr double kLongestS = 1e6;
+constexpr const char* kOfSending[] = {"--key", "--token", "--station", "--room", "--kbit-s", "--rate-hz"};
+constexpr const char* kOfReceiving[] = {"--material", "--spacing-mm", "--hold-mm", "--radius-mm"};
+
+void check_word(const char* flag, const std::string& name, std::size_t least) {
+  if (name.size() < least || name.size() > static_cast<std::size_t>(kMaxNameBytes) || !is_plain_name(name))
+    throw InputError(flag, fmt::format("has {} bytes", name.size()),
+                     fmt::format("{} to {} bytes of {}", least, kMaxNameBytes, kNameCharacters));
+}
+
+}  // namespace
+
+void add_igtl_flags(CLI::App& app, IgtlOptions& options) {
+  app.add_option("--server", options.server, "send what this palpate-server simulates")->type_name("HOST:PORT");
+  app.add_option("--receive", options.receive, "wait for a surface, write it and this scene, and end")->type_name("SCENE");
+  app.add_option("--listen", options.listen, "address for 3D Slicer and others; port 0: a free one")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  app.add_flag("--insecure", options.insecure, "allow --listen at an address that other machines can reach");
+  app.add_option("--up", options.up, "direction of the patient that is up in the scene: " + std::string(kPatientUps))
+      ->type_name("DIRECTION")
+      ->capture_default_str();
+  app.add_option("--rate-hz", options.rate_hz, "moments a second")->capture_default_str()->check(number_from(1.0, 60.0));
+  app.add_option("--key", options.key,
+                 "key file of this viewer (palpate-key new), for a server with --keys; it contains the key of the trusted server")
+      ->type_name("FILE");
+  app.add_option("--token", options.token, "token from palpate-key issue, for a server whose key file does not contain this key")
+      ->type_name("FILE");
+  app.add_option("--station", options.station,
+                 "name of this viewer, unique in the room; the server appends a number to the default name if it is taken")
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
+  app.add_option("--kbit-s", options.kbit_s, "highest data rate of shapes from the server [kbit/s]; 0: the server's default")
+      ->capture_default_str()
+      ->check(number_from(0, 65535));
+  app.add_option("--material", options.material, "received body: a name of palpate-server --list-materials")->type_name("NAME");
+  app.add_option("--spacing-mm", options.spacing_mm, "received body: distance of its nodes")
+      ->capture_default_str()
+      ->check(number_from(0.5, 100.0));
+  app.add_option("--hold-mm", options.hold_mm,
+                 "received body: height from its lowest point up to which it is held; default: 15 %")
+      ->check(number_from(0.1, 1000.0));
+  app.add_option("--radius-mm", options.radius_mm, "received body: contact radius of the tip; default: twice the spacing")
+      ->check(number_from(0.1, 200.0));
+  app.add_option("--duration-s", options.duration_s, "end after this many seconds; default: when asked to")
+      ->check(number_from(0.0, kLongestS));
+}
+
+void check_igtl(const CLI::App& app, const IgtlOptions& options) {
+  const bool receives = app.count("--receive") > 0;
+  if (app.count("--server") + app.count("--receive") != 1)
+    throw InputError("--server and --receive", receives ? "are both given" : "are both missing",
+                     "a server to show or a scene to write");
+  if (receives) {
+    for (const char* flag : kOfSending)
+      if (app.count(flag) > 0) throw InputError(flag, "together with --receive", "--server with it");
+    if (options.receive.empty()) throw InputError("--receive", "is empty", "a scene file to write");
+    if (options.material.empty()) throw InputError("--material", "is missing", "a name of palpate-server --list-materials");
+  } else {
+    for (const char* flag : kOfReceiving)
+      if (app.count(flag) > 0) throw InputError(flag, "together with --server", "--receive with it");
+  }
+  for (const char* flag : {"--key", "--token"})
+    if (app.count(flag) > 0 && app.get_option(flag)->as<std::string>().empty()) throw InputError(flag, "is empty", "a file");
+  if (!options.token.empty() && options.key.empty())
+    throw InputError("--token", "without --key", "the key that it was issued for");
+  check_word("--station", options.station, 1);
+  check_word("--room", options.room, 0);
+  patient_up(options.up);
+}
+
+}  // namespace palpate
