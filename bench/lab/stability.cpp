@@ -12,6 +12,7 @@
 #include "bench/lab/stability_maps.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
+#include "common/base/error.hpp"
 
 namespace palpate {
 namespace {
@@ -137,6 +138,8 @@ int run_one(const StabilityFlags& flags) {
 }
 
 int run_stability(const StabilityFlags& flags) {
+  if (flags.guided && (flags.body || flags.hands || !flags.only.empty()))
+    throw InputError("--guided", "with --body, --hands or --only", "none of these: it has points of its own");
   if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.cells});
   if (flags.guided) return run_guided_sweep({flags.quick, flags.seed, flags.out, flags.cells.jobs});
   if (!flags.only.empty()) return run_one(flags);
@@ -157,20 +160,15 @@ void add_stability(CLI::App& app, Run& run) {
       "the body; --guided: with a hand that guides another; --body: where the full model is");
   CLI::Option* const body =
       c->add_flag("--body", flags->body, "try the full model alone: extreme bodies, steps and deformations");
-  CLI::Option* const hands =
-      c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips")
-          ->excludes(body);
-  CLI::Option* const guided =
-      c->add_flag("--guided", flags->guided,
-                  "let one hand guide another, in the air and on the body, with round trips of 0 to 300 ms, equal and unequal")
-          ->excludes(body)
-          ->excludes(hands);
+  c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips")
+      ->excludes(body);
+  c->add_flag("--guided", flags->guided,
+              "let one hand guide another, in the air and on the body, with round trips of 0 to 300 ms, equal and unequal");
   c->add_flag("--solid", flags->solid, "use the cube of finite elements instead of springs");
   c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "try few points of each kind");
   c->add_option("--only", flags->only, "only this point, with its trace: SCHEME,CONTACT,HAND,... as cells.csv begins")
-      ->type_name("POINT")
-      ->excludes(guided);
+      ->type_name("POINT");
   c->add_option("--seed", flags->seed, "seed of the scattered points and the links")->check(whole_number());
   flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and maps")->type_name("DIR")->required();
