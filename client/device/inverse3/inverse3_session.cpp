@@ -51,7 +51,7 @@ DeviceReading Inverse3Session::measure(Micros now) noexcept {
     gate_.refuse(fault_);
     return not_ok(DeviceState::gone, fault_);
   }
-  if (newest_.kind != Inverse3State::Kind::listed) return not_ok(DeviceState::not_ready, "it starts");
+  if (newest_.kind != Inverse3State::Kind::listed || now < settled_at_) return not_ok(DeviceState::not_ready, "it starts");
   if (!newest_.calibrated)
     return not_ok(DeviceState::not_ready, "it is not calibrated: leave its handle in the inkwell until its light is steady");
   DeviceReading reading;
@@ -67,6 +67,7 @@ void Inverse3Session::turn(Micros now) { force_ = exchange_.turn(gate_.pass(meas
 std::optional<std::string> Inverse3Session::command(Micros now) {
   const bool unasked = silent(now) && unanswered_ == 1;
   if (unanswered_ > 0 && !unasked) return std::nullopt;
+  if (first_) settled_at_ = now + kSettle;
   sent_[unanswered_++] = now;
   return inverse3_command(format_, id_, force_, std::exchange(first_, false));
 }

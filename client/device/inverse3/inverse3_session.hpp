@@ -24,8 +24,9 @@ class Inverse3Session {
   static constexpr double kTurnHz = 2000;
   static constexpr Micros kAnswerMost{20'000};
   static constexpr Micros kSilenceMost{1'000'000};  ///< without a valid answer for this long the connection is of no use
-  static constexpr double kVelocityMaxMS = 5;       ///< faster than people move a handle
-  static constexpr double kFarthestM = 1;           ///< a coordinate beyond this is no position of an Inverse3 [m]
+  static constexpr Micros kSettle{200'000};    ///< after the first command, which moves the origin: positions do not count yet
+  static constexpr double kVelocityMaxMS = 5;  ///< faster than people move a handle
+  static constexpr double kFarthestM = 1;      ///< a coordinate beyond this is no position of an Inverse3 [m]
 
   Inverse3Session(std::string id, Inverse3Format format, DriverExchange& exchange, ExchangeCounter& counter, Micros now);
 
@@ -49,6 +50,7 @@ class Inverse3Session {
   ReadingGate gate_;
   Vec3 force_ = Vec3::Zero();
   Inverse3State newest_;
+  Micros settled_at_ = Micros::max();
   Micros fresh_at_;  ///< arrival of the newest answer that counts
   const char* fault_;
   std::array<Micros, 2> sent_{};  ///< when the commands without an answer were sent, oldest first

@@ -126,7 +126,10 @@ std::string ServiceLink::first_message() {
   const auto error = inside_->finish(
       kPatience, [&](auto done) { inside_->socket.async_read(in, [done](beast::error_code read, std::size_t) { done(read); }); });
   if (error == beast::error::timeout) inside_->fail("it sends no list of its devices");
-  if (error) inside_->broken(error), inside_->fail(inside_->fault);
+  if (error) {
+    inside_->broken(error);
+    inside_->fail(inside_->fault);
+  }
   std::string message(static_cast<const char*>(in.data().data()), in.size());
   in.clear();
   return message;

@@ -55,6 +55,7 @@ TEST_CASE("Force written by the loop reaches the device, and positions come back
     Vec3 position = Vec3::Zero();
     REQUIRE(loop(*device, Vec3(0.5, -0.25, 1), [&](const DeviceReading& reading) {
       if (reading.ok()) position = reading.position;
+      if (reading.ok()) CHECK((position - Vec3(0.01, -0.02, 0.03)).norm() < 0.05);
       return service.force(0) == Vec3(0.5, -0.25, 1);
     }));
     CHECK((position - Vec3(0.01, -0.02, 0.03)).norm() < 0.02);  // it yields

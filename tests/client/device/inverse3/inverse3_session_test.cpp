@@ -11,7 +11,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr Micros kTurn{500};
+constexpr Micros kTurn{500}, kStart = Inverse3Session::kSettle + Micros{100'000};
 
 std::string state_of(const std::string& id, const std::string& position, const std::string& status = R"({"calibrated":true})") {
   return R"({"inverse3":[{"device_id":")" + id + R"(","state":{"cursor_position":)" + position + R"(},"status":)" + status +
@@ -111,19 +111,32 @@ TEST_CASE("One command is on its way at a time, with the newest force, and answe
   CHECK(hand.sent.size() == 1);
   hand.turn(Vec3::Zero(), here);
   CHECK(hand.sent.size() == 2);
-  const DeviceReading reading = hand.turns(Micros{5'000}, Vec3(1, 2, 3), here);
-  CHECK(reading.ok());
-  CHECK(reading.position == Vec3(0.01, 0, 0));
-  CHECK(hand.newest_force() == Vec3(1, 2, 3));
+  hand.turns(Micros{5'000}, Vec3(1, 2, 3), here);
+  CHECK(hand.sent.size() == 12);
   CHECK(hand.counter.figures().answers == 11);
   CHECK(hand.counter.figures().most == Micros{5'500});
   CHECK(hand.counter.figures().total == Micros{5'500 + 10 * 500});
+  const DeviceReading reading = hand.turns(kStart, Vec3(1, 2, 3), here);
+  CHECK(reading.ok());
+  CHECK(reading.position == Vec3(0.01, 0, 0));
+  CHECK(hand.newest_force() == Vec3(1, 2, 3));
+}
+
+TEST_CASE("Positions before the first command has moved the origin are not used, and the move is no jump", "[inverse3]") {
+  Bench hand;
+  for (Micros passed{}; passed < kStart; passed += kTurn) {
+    const bool moved = passed >= Micros{50'000};
+    const DeviceReading reading = hand.turn(Vec3(1, 0, 0), state_of("049D", moved ? at(0, 0, 0) : at(0, -0.12, 0.15)));
+    CHECK(reading.state != DeviceState::fault);
+    if (reading.ok()) CHECK(reading.position == Vec3::Zero());
+  }
+  CHECK(hand.turn(Vec3(1, 0, 0), "").ok());
 }
 
 TEST_CASE("A service that stalls is gone after 20 ms and gets zero force, and a second of answers brings it back", "[inverse3]") {
   Bench hand;
   const std::string here = state_of("049D", at(0, 0, 0));
-  REQUIRE(hand.turns(Micros{100'000}, Vec3(1, 0, 0), here).ok());
+  REQUIRE(hand.turns(kStart, Vec3(1, 0, 0), here).ok());
   REQUIRE(hand.newest_force() == Vec3(1, 0, 0));
   const std::size_t before = hand.sent.size();
   CHECK(hand.turns(Inverse3Session::kAnswerMost - kTurn, Vec3(1, 0, 0), "").ok());
@@ -161,7 +174,7 @@ TEST_CASE("Whatever else comes than a state of the device ends its force within 
        {R"({"verse_grip":[]})", "its service sends what is no state of devices"},
        {state_of("049D", R"({"x":1e999,"y":0,"z":0})"), "its service sends what is no state of devices"}}));
   Bench hand;
-  REQUIRE(hand.turns(Micros{100'000}, Vec3(1, 0, 0), state_of("049D", at(0, 0, 0))).ok());
+  REQUIRE(hand.turns(kStart, Vec3(1, 0, 0), state_of("049D", at(0, 0, 0))).ok());
   const DeviceReading gone = hand.turns(Inverse3Session::kAnswerMost + 3 * kTurn, Vec3(1, 0, 0), answer);
   CHECK(gone.state == DeviceState::gone);
   CHECK(gone.reason.text() == reason);
@@ -177,7 +190,7 @@ TEST_CASE("A position that cannot be ends the force with the next turn, and neve
                                        {R"({"x":0,"y":0,"z":-1.5})", "its service reports a position out of its reach"},
                                        {R"({"x":0.05,"y":0,"z":0})", "its position jumped: no force until it is steady again"}}));
   Bench hand;
-  REQUIRE(hand.turns(Micros{100'000}, Vec3(1, 0, 0), state_of("049D", at(0, 0, 0))).ok());
+  REQUIRE(hand.turns(kStart, Vec3(1, 0, 0), state_of("049D", at(0, 0, 0))).ok());
   hand.turn(Vec3(1, 0, 0), state_of("049D", position));
   const DeviceReading fault = hand.turn(Vec3(1, 0, 0), state_of("049D", position));
   CHECK(fault.state == DeviceState::fault);
@@ -187,8 +200,7 @@ TEST_CASE("A position that cannot be ends the force with the next turn, and neve
 
 TEST_CASE("A device that is not calibrated is not ready, and says what to do", "[inverse3]") {
   Bench hand;
-  const DeviceReading reading =
-      hand.turns(Micros{10'000}, Vec3(1, 0, 0), state_of("049D", at(0, 0, 0), R"({"calibrated":false})"));
+  const DeviceReading reading = hand.turns(kStart, Vec3(1, 0, 0), state_of("049D", at(0, 0, 0), R"({"calibrated":false})"));
   CHECK(reading.state == DeviceState::not_ready);
   CHECK(reading.reason.text() == "it is not calibrated: leave its handle in the inkwell until its light is steady");
   CHECK(hand.newest_force() == Vec3::Zero());
@@ -198,7 +210,7 @@ TEST_CASE("A device that is not calibrated is not ready, and says what to do", "
 TEST_CASE("A loop that stops writing loses its force within 20 ms, and a force that is not finite counts as none", "[inverse3]") {
   Bench hand;
   const std::string here = state_of("049D", at(0, 0, 0));
-  REQUIRE(hand.turns(Micros{100'000}, Vec3(1, 0, 0), here).ok());
+  REQUIRE(hand.turns(kStart, Vec3(1, 0, 0), here).ok());
   for (Micros passed{}; passed <= DriverExchange::kStaleAfter; passed += kTurn) {
     hand.now += kTurn;
     hand.session.receive(here, hand.now);

@@ -25,6 +25,7 @@ using nlohmann::json;
 constexpr auto kAMoment = std::chrono::milliseconds(1);
 constexpr auto kSlow = std::chrono::milliseconds(40);
 constexpr std::size_t kHugeBytes = 1'000'000;
+const Vec3 kMiddle(0, -0.12, 0.15);  // of the workspace, from the base
 
 json vector_json(const Vec3& v) {
   const auto number = [](double x) { return std::isfinite(x) ? json(x) : json(nullptr); };
@@ -107,16 +108,16 @@ void Inverse3Service::serve(std::size_t connection) {
   stream.accept(error);
   const auto send = [&](const std::string& text) { return !error && (stream.write(asio::buffer(text), error), !error); };
   while (fault_ == ServiceFault::mute && !ends_) std::this_thread::sleep_for(kAMoment);
-  bool first = true;
-  for (bool open = send(state(true)); open && !ends_; first = false) {
+  std::size_t answered = 0;
+  for (bool open = send(state(true, false)); open && !ends_; ++answered) {
     beast::flat_buffer in;
     if (stream.read(in, error); error) break;
-    obey({static_cast<const char*>(in.data().data()), in.size()}, first);
+    obey({static_cast<const char*>(in.data().data()), in.size()}, answered == 0);
     if (fault_ == ServiceFault::slow) std::this_thread::sleep_for(kSlow);
     const auto stalls = [&] { return std::any_of(arms_.begin(), arms_.end(), [](const auto& arm) { return arm->silent(); }); };
     while (stalls() && !ends_) std::this_thread::sleep_for(kAMoment);
     if (fault_ == ServiceFault::closes) break;
-    open = send(state(false));
+    open = send(state(false, answered > 0));
   }
   ::shutdown(socket.native_handle(), SHUT_RDWR);
   const std::lock_guard lock(mutex_);
@@ -144,7 +145,7 @@ void Inverse3Service::breach(const std::string& what) {
   if (breaches_.size() < 100) breaches_.push_back(what);
 }
 
-std::string Inverse3Service::state(bool with_config) const {
+std::string Inverse3Service::state(bool with_config, bool centred) const {
   const ServiceFault fault = fault_;
   if (fault == ServiceFault::not_json) return R"({"inverse3":[{"device_id":")";
   if (fault == ServiceFault::no_list) return R"({"wireless_verse_grip":[]})";
@@ -153,7 +154,8 @@ std::string Inverse3Service::state(bool with_config) const {
   const std::lock_guard lock(mutex_);
   for (const auto& arm : arms_) {
     if (!arm->listed()) continue;
-    json position = vector_json(arm->reading());
+    const bool from_base = format_ == Inverse3Format::v3_5 && !centred;
+    json position = vector_json(from_base ? Vec3(arm->reading() + kMiddle) : arm->reading());
     if (fault == ServiceFault::text) position["y"] = "0.1";
     if (fault == ServiceFault::far_away) position["y"] = 1e300;
     json device{{"device_id", fault == ServiceFault::other ? "FFFF" : arm->id},
@@ -183,6 +185,8 @@ void Inverse3Service::obey(std::string_view command, bool first) {
   const json said = json::parse(command, nullptr, false);
   if (!said.is_object() || !said.contains("inverse3")) return breach("a command that is no object with inverse3");
   const bool new_format = format_ == Inverse3Format::v3_5;
+  if (first && new_format && said["inverse3"][0].value("/configure/preset"_json_pointer, "") != "arm_front_centered")
+    breach("no preset in the first command of version 3.5");
   if (said.contains("session") != (first && new_format))
     breach("session.configure belongs into the first command of version 3.5");
   for (const json& device : said["inverse3"]) {

@@ -1,7 +1,7 @@
 // Stand-in for Haply's Inverse Service: a WebSocket on a port of the loopback over simulated Phantoms, with the messages and
-// rules of the documentation (client/device/inverse3/inverse3_messages.hpp), that can misbehave. It contains no vendor's code,
-// and none was run next to it. Arms are controlled through Standin and the environment (standin.hpp): `silent` stalls the
-// service, `lost` unlists the arm.
+// rules of the documentation (client/device/inverse3/inverse3_messages.hpp), that can misbehave. In version 3.5 the origin is at
+// the base until the answer after the one to the command with the preset. It contains no vendor's code, and none was run next to
+// it. Arms are controlled through Standin and the environment (standin.hpp): `silent` stalls the service, `lost` unlists the arm.
 #pragma once
 
 #include <atomic>
@@ -54,7 +54,7 @@ class Inverse3Service {
   struct Inside;
   void accept();
   void serve(std::size_t connection);
-  std::string state(bool with_config) const;
+  std::string state(bool with_config, bool centred) const;
   void obey(std::string_view command, bool first);
   void breach(const std::string& what);
 
