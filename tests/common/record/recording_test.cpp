@@ -249,8 +249,9 @@ TEST_CASE("who guided whom, and with what forces, comes back", "[record]") {
   const auto bytes = small_recording(20, true);
   RecordingReader recording(bytes, "small");
   int k = 0;
-  for (std::size_t block = 0; block < recording.blocks().size(); ++block)
-    for (const RecordedGuidance& hold : recording.read(block)->guidances) {
+  for (std::size_t number = 0; number < recording.blocks().size(); ++number) {
+    const auto block = recording.read(number);
+    for (const RecordedGuidance& hold : block->guidances) {
       CHECK(hold.t == kSmallBegin + k * kSmallFrame);
       CHECK(hold.guide == 3);
       CHECK(hold.guided == 4);
@@ -258,6 +259,7 @@ TEST_CASE("who guided whom, and with what forces, comes back", "[record]") {
       CHECK(hold.guided_force_n == 0.5 * k);
       ++k;
     }
+  }
   CHECK(k == 20);
 }
 
