@@ -120,7 +120,7 @@ def check_service(deb, root):
 
 def check_headers(root, work):
     options = ["-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_PREFIX_PATH={root / 'usr'}"]
-    for step in (["cmake", "-S", HERE / "consumer", "-B", work, *options], ["cmake", "--build", work], [work / "consumer", HERE.parents[1] / "scenes" / "organ.json"]):
+    for step in (["cmake", "-S", HERE.parents[1] / "examples/cpp", "-B", work, *options], ["cmake", "--build", work], [work / "consumer", HERE.parents[1] / "scenes" / "organ.json"]):
         done = run(*step)
         if done.returncode != 0:
             yield f"a program that uses it: {(done.stdout + done.stderr).strip()}"

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +18,7 @@
 #include "common/base/limits.hpp"
 #include "common/base/plain_text.hpp"
 #include "common/command_line/flags.hpp"
+#include "common/file/read_file.hpp"
 #include "common/io/endpoint.hpp"
 #include "common/io/key_files.hpp"
 #include "common/io/monotonic.hpp"
@@ -29,9 +33,11 @@ namespace {
 constexpr std::size_t kPasswordBytesLeast = 8, kPasswordBytesMost = 256;
 constexpr Micros kPumpEvery{10'000};  ///< datagrams wait this long at most
 constexpr double kLongestS = 1e6;
+constexpr const char* kStylePath = "/page.css";  ///< of the page and of the sign-in
+constexpr std::size_t kPageBytesMost = 16u << 20, kPageFilesMost = 100;
 
 struct Options {
-  std::string server, recording, station = "page", room, key, token, password;
+  std::string server, recording, station = "page", room, key, token, password, page;
   std::string listen = "127.0.0.1:8080";
   std::uint16_t kbit_s = 0;
   std::optional<double> duration_s;
@@ -60,7 +66,7 @@ void check(const CLI::App& app, const Options& options) {
                      "a server to watch or a recording to play");
   for (const char* flag : {"--key", "--token", "--station", "--room", "--kbit-s"})
     if (played && app.count(flag) > 0) throw InputError(flag, "together with --recording", "--server with it");
-  for (const char* flag : {"--recording", "--key", "--token", "--password"})
+  for (const char* flag : {"--recording", "--key", "--token", "--password", "--page"})
     if (app.count(flag) > 0 && app.get_option(flag)->as<std::string>().empty()) throw InputError(flag, "is empty", "a file");
   if (!options.token.empty() && options.key.empty())
     throw InputError("--token", "without --key", "the key that it was issued for");
@@ -92,6 +98,9 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--kbit-s", options.kbit_s, "highest data rate of shapes from the server [kbit/s]; 0: the server's default")
       ->capture_default_str()
       ->check(number_from(0, 65535));
+  app.add_option("--page", options.page,
+                 "folder with index.html and what it needs: a page of your own in place of the built-in one")
+      ->type_name("DIR");
   app.add_option("--duration-s", options.duration_s, "end after this many seconds; default: when asked to")
       ->check(number_from(0.0, kLongestS));
 }
@@ -109,16 +118,60 @@ std::unique_ptr<Page> open_page(const CLI::App& app, const Options& options) {
   return page;
 }
 
+/// A file of somebody's own page, read once.
+struct OwnFile {
+  std::string path, type, text;
+};
+
+/// Returns the files of a folder, without its subfolders. Throws InputError for one without index.html, and for a file that is no
+/// part of a page.
+std::deque<OwnFile> read_page(const std::string& folder) {
+  static const std::map<std::string, std::string> kTypes{{".html", "text/html; charset=utf-8"},
+                                                         {".js", "text/javascript; charset=utf-8"},
+                                                         {".css", "text/css; charset=utf-8"},
+                                                         {".json", "application/json"},
+                                                         {".svg", "image/svg+xml"},
+                                                         {".png", "image/png"}};
+  const std::string where = "--page " + folder;
+  std::error_code fault;
+  std::deque<OwnFile> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, fault)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') || entry.is_directory()) continue;
+    const auto type = kTypes.find(entry.path().extension().string());
+    if (type == kTypes.end() || files.size() == kPageFilesMost)
+      throw InputError(where, name + " is there",
+                       fmt::format("at most {} files, of html, js, css, json, svg and png", kPageFilesMost));
+    files.push_back({name == "index.html" ? "/" : "/" + name, type->second,
+                     read_plain_file(entry.path(), where, "a file of a page", kPageBytesMost)});
+  }
+  const auto is_first = [](const OwnFile& file) { return file.path == "/"; };
+  if (fault || std::none_of(files.begin(), files.end(), is_first))
+    throw InputError(where, fault ? fault.message() : "has no index.html", "a folder with index.html");
+  return files;
+}
+
+/// The built-in page, or somebody's own one with the built-in sign-in.
+std::vector<WebFile> files_of(const std::deque<OwnFile>& own) {
+  std::vector<WebFile> files;
+  for (const OwnFile& file : own) files.push_back({file.path, file.type, file.text, file.path == kStylePath});
+  const auto add = [&](const WebFile& file) {
+    if (std::none_of(files.begin(), files.end(), [&](const WebFile& other) { return other.path == file.path; }))
+      files.push_back(file);
+  };
+  add({"/", "text/html; charset=utf-8", kPageIndex});
+  add({"/login", "text/html; charset=utf-8", kPageLogin, true});
+  add({kStylePath, "text/css; charset=utf-8", kPageStyle, true});
+  if (own.empty()) add({"/page.js", "text/javascript; charset=utf-8", kPageScript});
+  return files;
+}
+
 void serve(const CLI::App& app, const Options& options, const std::atomic<bool>& stop) {
   const std::string password = options.password.empty() ? "" : read_password(options.password);
   const std::unique_ptr<Page> page = open_page(app, options);
   const UdpEndpoint listen = resolve_udp("--listen", options.listen);
-  WebServer web({listen.address().to_string(), listen.port(), password},
-                {{"/", "text/html; charset=utf-8", kPageIndex},
-                 {"/login", "text/html; charset=utf-8", kPageLogin, true},
-                 {"/page.css", "text/css; charset=utf-8", kPageStyle, true},
-                 {"/page.js", "text/javascript; charset=utf-8", kPageScript}},
-                *page);
+  const std::deque<OwnFile> own = options.page.empty() ? std::deque<OwnFile>() : read_page(options.page);
+  WebServer web({listen.address().to_string(), listen.port(), password}, files_of(own), *page);
   fmt::print("palpate-web {}: http://{}/\n", PALPATE_VERSION, web.address());
   std::fflush(stdout);
   const Micros begun = monotonic_now();
