@@ -64,8 +64,8 @@ GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {
   }
   const double still_s = end_s + kStandS;
   const double release_s = gesture == Gesture::tap      ? 0.75
-                          : gesture == Gesture::stroke ? kGesturePressS + kGestureStrokeS / 4
-                                                       : still_s;
+                           : gesture == Gesture::stroke ? kGesturePressS + kGestureStrokeS / 4
+                                                        : still_s;
   return {Motion(std::move(points), std::string(name_of(gesture))), still_s, release_s};
 }
 

@@ -56,7 +56,7 @@ struct SessionCounts {
   std::uint64_t unknown_station = 0;  ///< datagrams with an id that no station has
   std::uint64_t joins = 0, refusals = 0, leaves = 0, timeouts = 0;
   std::uint64_t replaced = 0, expelled = 0, goodbyes_sent = 0;  ///< stations removed: by name, by key, at shutdown
-  std::array<std::uint64_t, kRefuseReasons> refused{};         ///< `refusals` by reason, without goodbyes
+  std::array<std::uint64_t, kRefuseReasons> refused{};          ///< `refusals` by reason, without goodbyes
   std::uint64_t answers_withheld = 0;  ///< answers not sent: larger than the question, or too many at once
 };
 

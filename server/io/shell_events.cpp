@@ -34,7 +34,8 @@ void UdpServer::hear_rooms() {
     });
     cores_[k].on_tool_released([this, k](const Station& station) {
       const std::string& name = station.hello.station;
-      say(k, "tool_released", fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
+      say(k, "tool_released",
+          fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
           {{"station", name}, {"station_id", static_cast<double>(station.id)}}, EventLevel::warning);
     });
     cores_[k].on_guidance([this, k](const GuidanceNews& news) { say(k, news); });

@@ -5,9 +5,9 @@ using namespace std::chrono_literals;
 
 namespace {
 
-struct Room : Bench {
+struct GuidedRoom : Bench {
   std::vector<GuidanceNews> news;
-  Room() {
+  GuidedRoom() {
     core.on_guidance([this](const GuidanceNews& n) { news.push_back(n); });
   }
   int count(PeerId peer) const {
@@ -21,7 +21,7 @@ struct Room : Bench {
   }
 };
 
-void live(Room& room, std::initializer_list<RawStation*> stations, Micros time) {
+void live(GuidedRoom& room, std::initializer_list<RawStation*> stations, Micros time) {
   for (const Micros end = room.now + time; room.now < end;) {
     room.now += 1ms;
     for (RawStation* station : stations) station->say_samples({station->sample()});
@@ -34,7 +34,7 @@ GuidanceReport report(GuidanceHand hand, double force_n = 0) { return {hand, 30m
 }  // namespace
 
 TEST_CASE("each of a pair gets the other's newest sample in its own clock, at most every 7 ms") {
-  Room room;
+  GuidedRoom room;
   RawStation guide(room, 1, "OR 3"), trainee(room, 2, "OR 1");
   guide.clock_offset = 77s;
   trainee.clock_offset = -5s;
@@ -63,7 +63,7 @@ TEST_CASE("each of a pair gets the other's newest sample in its own clock, at mo
 }
 
 TEST_CASE("where nobody guides, nobody gets a message about it") {
-  Room room;
+  GuidedRoom room;
   RawStation one(room, 1, "one"), two(room, 2, "two");
   one.join();
   two.join();
@@ -74,7 +74,7 @@ TEST_CASE("where nobody guides, nobody gets a message about it") {
 }
 
 TEST_CASE("a guide hears four times a second why it has no partner") {
-  Room room;
+  GuidedRoom room;
   RawStation guide(room, 1, "OR 3"), trainee(room, 2, "OR 1"), second(room, 3, "OR 4");
   guide.hello.guides = second.hello.guides = "OR 1";
   guide.join();
@@ -105,7 +105,7 @@ TEST_CASE("a guide hears four times a second why it has no partner") {
 }
 
 TEST_CASE("a station that guides is guided by nobody, and none guides itself or without a tool") {
-  Room room;
+  GuidedRoom room;
   RawStation first(room, 1, "first"), second(room, 2, "second"), self(room, 3, "self"), eye(room, 4, "eye");
   first.hello.guides = "second";
   second.hello.guides = "first";
@@ -121,7 +121,7 @@ TEST_CASE("a station that guides is guided by nobody, and none guides itself or 
 }
 
 TEST_CASE("a hold is there while both report it: viewers see it, listeners hear its begin, end and forces") {
-  Room room;
+  GuidedRoom room;
   RawStation guide(room, 1, "OR 3"), trainee(room, 2, "OR 1"), eye(room, 3, "eye");
   guide.hello.guides = "OR 1";
   eye.hello.role = Role::viewer;
