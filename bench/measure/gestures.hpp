@@ -27,9 +27,8 @@ inline constexpr double kGapM = 0.001;
 
 struct GesturePlan {
   Motion intention;
-  double still_s = 0;  ///< time from which the intention stands still
-  double release_s =
-      0;  ///< time at which a hand that opens does so: in the middle of a tap or a stroke, at the end of the others
+  double still_s = 0;    ///< time from which the intention stands still
+  double release_s = 0;  ///< time at which a hand opens: in the middle of a tap or a stroke, at the end of the others
 };
 
 /// `depth_m` is the intended depth of a press (a stroke has 6/10 of it, a tap 6/10 and in the end 2/10).
