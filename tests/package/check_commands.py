@@ -16,7 +16,7 @@ def commands(sources):
         text = page.read_text().replace("\\\\\n", "").replace("\\", "")
         for line in re.findall(r"^palpate-.*--.*", text, re.M):
             words = line.split()
-            command = words[:2] if words[0] == "palpate-lab" else words[:1]
+            command = words[:2] if words[0] in ("palpate-lab", "palpate-bridge") else words[:1]
             yield page.name, command, re.findall(r"--[a-z-]+", line)
     default = (files / "server/palpate-server.default").read_text()
     yield "palpate-server.default", ["palpate-server"], re.findall(r"--[a-z-]+", default)
