@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/measure/gestures.hpp"
 #include "client/core/guidance.hpp"
 #include "common/base/error.hpp"
 #include "common/base/minimum_jerk.hpp"
-#include "server/room/room.hpp"
 
 namespace palpate {
 namespace {
@@ -26,14 +26,14 @@ Hand guided_hand(const std::string& name) {
 
 /// Intention of the guide, or of the guided hand, which does not stroke.
 Motion intention(const Scene& scene, bool touches, bool strokes) {
-  const Vec3 home = home_of(scene) + Vec3(strokes ? 0 : kGuidedBesideM, 0, touches ? 0.002 : kGuidedAboveM);
+  const Vec3 home = start_of(scene) + Vec3(strokes ? 0 : kGuidedBesideM, 0, touches ? 0 : kGuidedAboveM);
   std::vector<MotionPoint> points;
   for (int ms = 0; ms <= static_cast<int>(1e3 * (kMovesToS + 0.1)); ++ms) {
     const double t_s = ms * 1e-3, stroked = std::clamp((t_s - kGuidedHoldS) / kGuidedStrokeS, 0.0, double{kStrokes});
     const int whole = std::min(static_cast<int>(stroked), kStrokes - 1);
     const double share = minimum_jerk(stroked - whole);
     const double x = strokes ? kGuidedStrokeM * (whole % 2 == 0 ? share : 1 - share) : 0;
-    const double z = touches ? -(0.002 + kGuidedDepthM) * minimum_jerk((t_s - 0.2) / kGuidedDownS) : 0;
+    const double z = touches ? -(kGapM + kGuidedDepthM) * minimum_jerk((t_s - 0.2) / kGuidedDownS) : 0;
     points.push_back({t_s, home + Vec3(x, 0, z)});
   }
   return Motion(std::move(points));
@@ -92,6 +92,9 @@ void note_forces(GuidedResult& r, std::size_t from, std::size_t to) {
       r.generated_j = std::max(r.generated_j, -absorbed_j);
       r.step_max_n = std::max(r.step_max_n, (now.guidance - before.guidance).norm());
     }
+  for (std::size_t i = 0; i < ticks; ++i)
+    for (const ClosedLoopResult& loop : r.loops)
+      r.body_max_n = std::max(r.body_max_n, (loop.ticks[i].force - loop.ticks[i].guidance).norm());
   const auto forces = [&](const ClosedLoopResult& loop, double& mean_n, double& max_n) {
     for (std::size_t i = from; i < to; ++i) {
       const double norm = loop.ticks[i].guidance.norm();

@@ -29,6 +29,7 @@ struct GuidedResult {
   double lag_s = 0, lagged_rms_m = 0;           ///< shift of the guide's path for which that distance is least, and the distance
   double guide_mean_n = 0, guide_max_n = 0, guided_mean_n = 0, guided_max_n = 0;  ///< forces of guidance while the guide moves
   double step_max_n = 0;                                                          ///< largest change of such a force in a tick
+  double body_max_n = 0;                                                          ///< largest force of the body on a tool
   /// Energy that the two ends of the coupling gave beyond what they had absorbed until then, at its largest.
   double generated_j = 0;
   double bound_j = 0;  ///< most that they may give: kForceMostN times the distance at the beginning

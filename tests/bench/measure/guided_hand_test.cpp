@@ -23,12 +23,22 @@ TEST_CASE("A hand that lets itself be led follows its guide over every link, cal
   const GuidedResult r = measure_guided(paper_cube(ContactKind::touch), in_the_air("led", guide_ms, guided_ms));
   CHECK(r.stable());
   CHECK(r.generated_j <= r.bound_j);
+  CHECK(r.body_max_n == 0);
   CHECK(r.step_max_n < GuidanceCoupling::kStepMostN);
   CHECK(r.guided_mean_n > 0.1);
   CHECK(r.lagged_rms_m < r.error_rms_m + 1e-12);
   CHECK(r.lag_s > 0.5e-3 * (guide_ms + guided_ms));  // no earlier than the samples come
   CHECK(r.loops[0].haptic.holds == 1);
   CHECK(r.loops[1].haptic.holds == 1);
+}
+
+TEST_CASE("On a body both hands press it while one guides the other, and come to rest") {
+  const auto [hand, rtt_ms] = GENERATE(std::pair{"led", 0.0}, std::pair{"resting", 300.0});
+  CAPTURE(hand, rtt_ms);
+  const GuidedResult r = measure_guided(paper_cube(ContactKind::touch, 0.2), {true, hand, rtt_ms, rtt_ms, 0, 0, 1});
+  CHECK(r.body_max_n > 0.3);
+  CHECK(r.stable());
+  CHECK(r.generated_j <= r.bound_j);
 }
 
 TEST_CASE("A device that nobody holds is led over two round trips of 300 ms, and two runs are equal") {
