@@ -2,6 +2,7 @@
 
 #include "common/base/limits.hpp"
 #include "common/base/plain_text.hpp"
+#include "common/command_line/viewer_session.hpp"
 
 namespace palpate {
 
@@ -30,19 +31,7 @@ void add_igtl_flags(CLI::App& app, IgtlOptions& options) {
       ->type_name("DIRECTION")
       ->capture_default_str();
   app.add_option("--rate-hz", options.rate_hz, "moments a second")->capture_default_str()->check(number_from(1.0, 60.0));
-  app.add_option("--key", options.key,
-                 "key file of this viewer (palpate-key new), for a server with --keys; it contains the key of the trusted server")
-      ->type_name("FILE");
-  app.add_option("--token", options.token, "token from palpate-key issue, for a server whose key file does not contain this key")
-      ->type_name("FILE");
-  app.add_option("--station", options.station,
-                 "name of this viewer, unique in the room; the server appends a number to the default name if it is taken")
-      ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
-  app.add_option("--kbit-s", options.kbit_s, "highest data rate of shapes from the server [kbit/s]; 0: the server's default")
-      ->capture_default_str()
-      ->check(number_from(0, 65535));
+  add_viewer_session(app, options);
   app.add_option("--material", options.material, "received body: a name of palpate-server --list-materials")->type_name("NAME");
   app.add_option("--spacing-mm", options.spacing_mm, "received body: distance of its nodes")
       ->capture_default_str()

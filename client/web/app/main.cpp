@@ -18,6 +18,7 @@
 #include "common/base/limits.hpp"
 #include "common/base/plain_text.hpp"
 #include "common/command_line/flags.hpp"
+#include "common/command_line/viewer_session.hpp"
 #include "common/file/read_file.hpp"
 #include "common/io/endpoint.hpp"
 #include "common/io/key_files.hpp"
@@ -85,19 +86,7 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--password", options.password,
                  "file that only its owner can read; browsers have to give its first line, 8 to 256 bytes")
       ->type_name("FILE");
-  app.add_option("--key", options.key,
-                 "key file of this viewer (palpate-key new), for a server with --keys; it contains the key of the trusted server")
-      ->type_name("FILE");
-  app.add_option("--token", options.token, "token from palpate-key issue, for a server whose key file does not contain this key")
-      ->type_name("FILE");
-  app.add_option("--station", options.station,
-                 "name of this viewer, unique in the room; the server appends a number to the default name if it is taken")
-      ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option("--room", options.room, "name of the room on the server; default: its first")->type_name("NAME");
-  app.add_option("--kbit-s", options.kbit_s, "highest data rate of shapes from the server [kbit/s]; 0: the server's default")
-      ->capture_default_str()
-      ->check(number_from(0, 65535));
+  add_viewer_session(app, options);
   app.add_option("--page", options.page,
                  "folder with index.html and what it needs: a page of your own in place of the built-in one")
       ->type_name("DIR");
