@@ -61,12 +61,15 @@ def check_sending(programs, peer, scenes, work):
     hand = start(programs / "palpate-client", "--server", place, "--station", "or 3", "--device", "replay", "--motion", motion)
     try:
         line_with(hand, "joined")
-        for bodies in (20, 60):  # a client that comes again; the second time the hand presses
+        # A client that comes again, until the hand presses: on a busy machine that is later.
+        for bodies in (20, *[60] * 8):
             messages = listened(peer, port, bodies)
             line_with(sender, "nobody is connected")  # it has left the server
+            forces = [m for m in messages if m[0] == "SENSOR"]
+            if bodies > 20 and forces and forces[-1][2][2] > 0.05:
+                break
         bodies = [m for m in messages if m[0] == "POLYDATA"]
         tools = [m for m in messages if m[0] == "TRANSFORM"]
-        forces = [m for m in messages if m[0] == "SENSOR"]
         assert tools and {m[1] for m in tools} == {"or 3"} and {m[1] for m in forces} == {"or 3 force"}, messages[:5]
         x, y, z = tools[-1][2]
         assert abs(x) < 1 and abs(y) < 1 and abs(z - 50) < 1, tools[-1]
