@@ -50,8 +50,9 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   }
   responses_.resize(ports.size());
   const double shortest_s = std::max(kMinStepS, step_s / kMostCut);
-  // What is left of a frame is then one damped step: a frame has to end.
-  const double steps_uncut = std::max(kFewestSteps, std::ceil((until_s - state.time_s) / step_s));
+  // A frame that is late has longer steps, each of which takes more iterations: its bounds are those of the steps it would have
+  // on time. What is left of a frame is then one damped step: a frame has to end.
+  const double steps_uncut = std::max(kFewestSteps, std::ceil((until_s - state.time_s) / std::min(step_s, options_.step_s)));
   const double bound = kNewtonAStep * steps_uncut;
   const double most_touched = std::min<double>(kTouchedNewtonAStep * steps_uncut, options_.most_iterations);
   double h_try = step_s;

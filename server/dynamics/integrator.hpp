@@ -70,7 +70,7 @@ class Integrator final : public Stepper {
 
  private:
   static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step
-  // Bounds of an advance(), by the steps that it would have uncut.
+  // Bounds of an advance(), by the steps of the options' length that it would have uncut.
   static constexpr double kNewtonAStep = 120, kTouchedNewtonAStep = 40, kFewestSteps = 5;
 
   struct Stage {

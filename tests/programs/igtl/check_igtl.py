@@ -53,7 +53,7 @@ def listened(peer, port, bodies):
 def check_sending(programs, peer, scenes, work):
     """A hand that holds the tip 8 mm deep: place in millimetres, a force that pushes it out, a body that yields."""
     motion = work / "press.csv"
-    motion.write_text("t_s,x_m,y_m,z_m\n0,0,0,0.2\n1,0,0,0.05\n60,0,0,0.05\n")
+    motion.write_text("t_s,x_m,y_m,z_m\n0,0,0,0.2\n1,0,0,0.075\n60,0,0,0.075\n")
     server = start(programs / "palpate-server", "--scene", scenes / "organ.json", "--listen", "127.0.0.1:0")
     place = re.search(r"127\.0\.0\.1:\d+", line_with(server, "at 127")).group(0)
     sender = start(programs / "palpate-bridge", "igtl", "--server", place, "--listen", "127.0.0.1:0")
@@ -72,7 +72,7 @@ def check_sending(programs, peer, scenes, work):
         tools = [m for m in messages if m[0] == "TRANSFORM"]
         assert tools and {m[1] for m in tools} == {"or 3"} and {m[1] for m in forces} == {"or 3 force"}, messages[:5]
         x, y, z = tools[-1][2]
-        assert abs(x) < 1 and abs(y) < 1 and abs(z - 50) < 1, tools[-1]
+        assert abs(x) < 1 and abs(y) < 1 and abs(z - 75) < 1, tools[-1]
         assert forces[-1][2][2] > 0.05, forces[-1]
         points, triangles, *box, most = bodies[-1][2]
         assert points > 100 and triangles > 100 and most > 2, bodies[-1]

@@ -27,7 +27,7 @@ class SharedOrgan {
   FrameResult frame(std::size_t others, const Other& other) {
     FrameJob job;
     job.begin = now_ += std::exchange(left_out, Micros{});
-    job.target = now_ + kCostlyFrame;
+    job.target = now_ + length;
     job.frame = kCostlyFrame;
     for (StationId id = kPresses; id < kFirstOfOthers + others; ++id) {
       StationJob hand;
@@ -49,6 +49,7 @@ class SharedOrgan {
 
   Micros now() const { return now_; }
 
+  Micros length{kCostlyFrame};     ///< of a frame, longer where the room is behind
   Micros left_out{};               ///< body time dropped before the next frame
   Micros pressed_from{1'000'000};  ///< time at which the pressing hand is at the surface
 
@@ -140,4 +141,22 @@ TEST_CASE("Time that is left out moves nothing: the tool is led from where the b
   for (int k = 0; k < 3; ++k) result = organ.frame(1, aside(-0.045));
   CHECK(result.stations.back().tool.z() == Approx(organ.home().z() - 0.045).margin(1e-6));
   CHECK(result.stations.back().contact);
+}
+
+TEST_CASE("A hand that presses 37 mm deep at once is not let go of because frames are late") {
+  SharedOrgan organ;
+  organ.pressed_from = Micros::max() / 2;
+  const Vec3 deep(0, 0, 0.05);
+  std::size_t releases = 0;
+  organ.frame(1, [&](std::size_t, Micros) { return Vec3(deep + Vec3(0, 0, 0.15)); });
+  organ.length = Micros{400'000};
+  organ.left_out = Micros{600'000};  // the hand is led down in 0.1 s
+  FrameResult result;
+  for (int k = 0; k < 4; ++k) {
+    result = organ.frame(1, [&](std::size_t, Micros) { return deep; });
+    releases += result.released.size();
+    CHECK(result.newton_iterations < 1650);  // for 40 steps of 10 ms, or 20 of 20 ms
+  }
+  CHECK(releases == 0);
+  CHECK(result.stations.back().force.norm() > 4);
 }
