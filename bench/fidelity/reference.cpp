@@ -31,8 +31,8 @@ bool needs_settling(const Scene& scene, const Vec3& start) {
   return beside || scene.body.gravity_m_s2.squaredNorm() > 0;
 }
 
-ReferenceForce reference_force(const Scene& scene, const ToolPath& path) {
-  return reference_forces(scene, std::span(&path, 1)).front();
+ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns) {
+  return reference_forces(scene, std::span(&path, 1), {}, {}, std::span(&turns, turns.empty() ? 0 : 1)).front();
 }
 
 struct ReferenceModel::State {
@@ -44,8 +44,8 @@ struct ReferenceModel::State {
         body(settled_state(dynamics, s.name)),
         rest(body) {}
 
-  ToolAt tool_at(std::size_t k, double t_s) const {
-    return moved_by(tracks[k].at(from_seconds(t_s)), grasps[k], from_seconds(t_s));
+  ToolAt tool_at(const ToolPort& port, double t_s) const {
+    return moved_by(tracks[port.tool].turning(from_seconds(t_s)).centre_of(port.sphere), grasps[port.tool], from_seconds(t_s));
   }
   /// Couples a tool: it grasps its node, or may touch.
   void take_up(std::size_t k, Micros now) {
@@ -58,13 +58,16 @@ struct ReferenceModel::State {
     port.kind = scene.tool.contact;
     port.node = scene.tool.node;
     port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
-    ports.push_back(port);
-    tool_of.push_back(k);
+    port.tool = static_cast<std::uint32_t>(k);
+    const std::vector<ToolPort> parts = parts_of(scene.tool.shape, port);
+    ports.insert(ports.end(), parts.begin(), parts.end());
     fade[k].reset();
   }
-  const ToolPort* port_of(std::size_t tool) const {
-    const auto at = std::find(tool_of.begin(), tool_of.end(), tool);
-    return at == tool_of.end() ? nullptr : &ports[static_cast<std::size_t>(at - tool_of.begin())];
+  /// Calls `each` for the ports of a tool that hold or touch the body.
+  template <class Each>
+  void for_contacts(std::size_t tool, const Each& each) const {
+    for (const ToolPort& port : ports)
+      if (port.tool == tool && (port.kind == ContactKind::attach || port.touching)) each(port);
   }
 
   Scene scene;
@@ -76,7 +79,6 @@ struct ReferenceModel::State {
   std::vector<FadingVector> grasps;
   std::vector<std::optional<ReleaseFade>> fade;
   std::vector<ToolPort> ports;
-  std::vector<std::size_t> tool_of;  // parallel to ports
   std::int64_t ticks = 0;
 };
 
@@ -96,16 +98,16 @@ ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools) 
 
 ReferenceModel::~ReferenceModel() = default;
 
-void ReferenceModel::tick(std::span<const Vec3> tools) {
+void ReferenceModel::tick(std::span<const Vec3> tools, std::span<const Rotation> turns) {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
   for (std::size_t k = 0; k < tools.size(); ++k) {
-    s.tracks[k].add(std::vector{ToolSample{now, tools[k]}});
+    s.tracks[k].add(std::vector{ToolSample{now, tools[k], turns.empty() ? Orientation() : Orientation(turns[k])}});
     s.tracks[k].forget_before(now - Micros{10'000});
   }
   for (std::size_t k = 0; k < tools.size(); ++k)
-    if (s.fade[k] && s.fade[k]->over(now, s.scene.tool.contact, s.skin, s.body.x, tools[k])) s.take_up(k, now);
-  const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.tool_of[port], t_s); };
+    if (s.fade[k] && s.fade[k]->over(now, s.scene.tool, s.skin, s.body.x, s.tracks[k].turning(now))) s.take_up(k, now);
+  const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.ports[port], t_s); };
   if (!s.integrator.advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
     throw std::runtime_error("the reference did not converge " + std::to_string(s.ticks) + " ms into the motion");
   ++s.ticks;
@@ -119,7 +121,6 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
   to.grasps = from.grasps;
   to.fade = from.fade;
   to.ports = from.ports;
-  to.tool_of = from.tool_of;
   to.ticks = from.ticks;
 }
 
@@ -130,27 +131,44 @@ void ReferenceModel::reset() {
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.ports.clear();
-  s.tool_of.clear();
 }
 
 bool ReferenceModel::contact(std::size_t tool) const {
-  const ToolPort* const port = state_->port_of(tool);
-  return port && (port->kind == ContactKind::attach || port->touching);
+  bool any = false;
+  state_->for_contacts(tool, [&](const ToolPort&) { any = true; });
+  return any;
 }
 
 Vec3 ReferenceModel::force(std::size_t tool) const {
   const State& s = *state_;
   if (s.fade[tool]) return s.fade[tool]->force.at(Micros{1000 * (s.ticks - 1)});
-  return contact(tool) ? Vec3(-s.port_of(tool)->lambda) : Vec3::Zero();
+  Vec3 force = Vec3::Zero();
+  s.for_contacts(tool, [&](const ToolPort& port) { force -= port.lambda; });
+  return force;
+}
+
+Vec3 ReferenceModel::torque(std::size_t tool) const {
+  const State& s = *state_;
+  Vec3 torque = Vec3::Zero();
+  if (s.scene.tool.shape.empty() || s.fade[tool]) return torque;
+  const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
+  const std::vector<double> surface = s.skin.place(s.body.x);
+  s.for_contacts(tool, [&](const ToolPort& port) {
+    const Vec3 contact = port.lowest(at.centre_of(port.sphere).position, normal_at(s.skin.view(), surface, port.point));
+    torque -= (contact - at.at.position).cross(port.lambda);
+  });
+  return torque;
 }
 
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths, std::span<const Micros> resets,
-                                             const std::function<void(double)>& progress) {
+                                             const std::function<void(double)>& progress, std::span<const ToolTurns> turns) {
   std::vector<ReferenceForce> result(paths.size());
   if (paths.empty() || paths[0].empty()) return result;
   std::vector<Vec3> tools(paths.size());
+  std::vector<Rotation> held(turns.size());
   const auto place = [&](std::size_t i) {
     for (std::size_t k = 0; k < paths.size(); ++k) tools[k] = paths[k][i];
+    for (std::size_t k = 0; k < turns.size(); ++k) held[k] = turns[k][i];
   };
   place(0);
   ReferenceModel model(scene, tools);
@@ -158,10 +176,11 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
     place(i);
     for (; !resets.empty() && resets.front() <= Micros{1000 * static_cast<std::int64_t>(i)}; resets = resets.subspan(1))
       model.reset();
-    model.tick(tools);
+    model.tick(tools, held);
     for (std::size_t k = 0; k < paths.size(); ++k) {
       result[k].force.push_back(model.force(k));
       result[k].contact.push_back(model.contact(k));
+      result[k].torque.push_back(model.torque(k));
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }

@@ -23,15 +23,16 @@ class ReferenceModel {
   /// Tools begin at `tools`, one per station. Throws what settled_state() throws.
   ReferenceModel(const Scene& scene, std::span<const Vec3> tools);
   ~ReferenceModel();
-  /// Advances to `tools`: to 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error if the model cannot be
+  /// Advances to `tools`, held as `turns` (empty: upright): to 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error if the model cannot be
   /// stepped.
-  void tick(std::span<const Vec3> tools);
+  void tick(std::span<const Vec3> tools, std::span<const Rotation> turns = {});
   /// Copies the state of `at`, a model of the same scene with as many tools.
   void continue_from(const ReferenceModel& at);
   /// Puts the body back to rest, as a room does (tool_coupling.hpp).
   void reset();
   bool contact(std::size_t tool) const;
-  Vec3 force(std::size_t tool) const;  ///< on the tool [N]
+  Vec3 force(std::size_t tool) const;   ///< on the tool [N]
+  Vec3 torque(std::size_t tool) const;  ///< on a tool with a body, about the tool point [N m]
 
  private:
   struct State;
@@ -41,19 +42,22 @@ class ReferenceModel {
 struct ReferenceForce {
   std::vector<Vec3> force;  ///< on the tool, one entry per position [N]
   std::vector<std::uint8_t> contact;
+  std::vector<Vec3> torque;  ///< about the tool point [N m]
 };
 
-/// Path of a tool: its positions at 0, 1, 2, ... ms.
+/// Path of a tool: its positions at 0, 1, 2, ... ms; and how it is held there, empty: upright.
 using ToolPath = std::vector<Vec3>;
+using ToolTurns = std::vector<Rotation>;
 
 /// Throws std::runtime_error if the model cannot be stepped.
-ReferenceForce reference_force(const Scene& scene, const ToolPath& path);
-/// Forces on several tools on one body, in the order of `paths`, which are equally long. `attach` has one node, so one tool. The
+ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns = {});
+/// Forces on several tools on one body, in the order of `paths` (and of `turns`, if given), which are equally long. `attach` has one node, so one tool. The
 /// body is reset at `resets`, ascending times into the paths. `progress` is called every tick with the share of the paths that is
 /// done.
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
                                              std::span<const Micros> resets = {},
-                                             const std::function<void(double)>& progress = {});
+                                             const std::function<void(double)>& progress = {},
+                                             std::span<const ToolTurns> turns = {});
 
 /// Returns true if coupling the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins off the node). Both
 /// the server and the reference then get kSettle before the motion begins.

@@ -107,18 +107,21 @@ Fidelity fidelity_of(const std::vector<Vec3>& felt, const std::vector<Vec3>& ref
 }
 
 void measure(ReplayResult& result, const ReferenceForce& reference, const std::vector<std::uint8_t>& scored) {
-  std::vector<Vec3> felt;
+  std::vector<Vec3> felt, felt_torque;
   std::vector<std::uint8_t> contact;
   std::vector<double> ages_us;
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     ReplayTick& tick = result.ticks[i];
     tick.reference = reference.force[i];
     tick.true_contact = reference.contact[i] != 0;
+    tick.reference_torque = reference.torque[i];
+    felt_torque.push_back(tick.felt_torque);
     felt.push_back(tick.felt);
     contact.push_back(tick.contact);
     if (tick.patch_age >= Micros{}) ages_us.push_back(static_cast<double>(tick.patch_age.count()));
   }
   result.fidelity = fidelity_of(felt, reference.force, scored);
+  result.torque = fidelity_of(felt_torque, reference.torque, scored);
   result.onset = onset_errors(contact, reference.contact);
   std::vector<HandOver> between;
   for (const ReplaySwap& swap : result.swaps) between.push_back(swap.between);
@@ -192,6 +195,7 @@ std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results)
     for (const ReplayTick& tick : results[k].ticks) {
       references[k].force.push_back(tick.reference);
       references[k].contact.push_back(tick.true_contact ? 1 : 0);
+      references[k].torque.push_back(tick.reference_torque);
     }
   return references;
 }
@@ -207,8 +211,12 @@ std::vector<double> relative_errors(const ReplayResult& result) {
 
 ReferenceForce reference_of(const Scene& scene, const Motion& motion) {
   std::vector<Vec3> positions;
-  for (Micros t{}; t <= motion.duration(); t += kTick) positions.push_back(motion.position(t));
-  return reference_force(scene, positions);
+  ToolTurns turns;
+  for (Micros t{}; t <= motion.duration(); t += kTick) {
+    positions.push_back(motion.position(t));
+    if (motion.has_orientation()) turns.push_back(*motion.orientation(t));
+  }
+  return reference_force(scene, positions, turns);
 }
 
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
@@ -266,6 +274,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   for (const Motion& motion : motions) length = std::min(length, motion.duration());
   const auto ticks = static_cast<std::size_t>(length / kTick) + 1;
   std::vector<ToolPath> paths(n);
+  std::vector<ToolTurns> turns(n);
   std::vector<Tally> before(n);
   for (std::size_t k = 0; k < n; ++k) {
     stations[k]->device().start(stations[k]->clock(begin));
@@ -273,8 +282,11 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       auto& done = results[k].ticks;
       if (t < begin || done.size() >= ticks) return;
       if (out.swapped) results[k].swaps.push_back({done.size(), {out.hand_over_step_n, out.force.norm()}});
-      done.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact, false});
+      const Orientation turn = motions[k].orientation(t - begin);
+      done.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact, false,
+                      turn.value_or(Rotation::Identity()), out.torque});
       paths[k].push_back(position);
+      turns[k].push_back(done.back().turn);
       if (options.progress && k == 0)
         options.progress("what the hand feels", static_cast<double>(done.size()) / static_cast<double>(ticks));
     };
@@ -292,7 +304,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       options.references.size() == n && !options.simulated_device && options.references[0].force.size() == paths[0].size();
   const std::vector<ReferenceForce> references =
       known ? std::vector<ReferenceForce>(options.references.begin(), options.references.end())
-            : reference_forces(scene, paths, options.resets, full_model_progress);
+            : reference_forces(scene, paths, options.resets, full_model_progress, turns);
   for (std::size_t k = 0; k < n; ++k) {
     if (options.low_pass_hz > 0) low_pass(options.low_pass_hz, results[k].ticks);
     measure(results[k], references[k], k == 0 ? options.scored : std::vector<std::uint8_t>{});

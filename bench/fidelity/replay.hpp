@@ -51,6 +51,8 @@ struct ReplayTick {
   Vec3 position = Vec3::Zero(), felt = Vec3::Zero(), reference = Vec3::Zero();
   Micros patch_age{};
   bool contact = false, true_contact = false;
+  Rotation turn = Rotation::Identity();                                      ///< how the tool is held
+  Vec3 felt_torque = Vec3::Zero(), reference_torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
 };
 
 /// Force of the full model at the server, frame by frame: the force of the low-rate model.
@@ -69,7 +71,7 @@ struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
   std::vector<ReplaySwap> swaps;
   std::vector<ReplayFrame> frames;
-  Fidelity fidelity;
+  Fidelity fidelity, torque;  ///< of the force; of the torque on a tool with a body [N m]
   OnsetErrors onset;
   HandOverSteps hand_over;  ///< between the patches, before the cross-fade
   HandOverSteps felt_step;  ///< what a hand-over adds to the change of force from tick to tick, beyond that of the reference

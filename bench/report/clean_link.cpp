@@ -20,7 +20,8 @@ Motion motion_of(const std::vector<Vec3>& positions) {
 
 std::vector<Vec3> felt_over(const Scene& scene, const std::vector<Vec3>& positions, ReplayOptions options) {
   // The caller compares the forces, as it is still computing the reference.
-  const ReferenceForce none{std::vector<Vec3>(positions.size(), Vec3::Zero()), std::vector<std::uint8_t>(positions.size())};
+  const std::vector<Vec3> zero(positions.size(), Vec3::Zero());
+  const ReferenceForce none{zero, std::vector<std::uint8_t>(positions.size()), zero};
   options.references = {&none, 1};
   std::vector<Vec3> felt;
   for (const ReplayTick& tick : replay(scene, motion_of(positions), options, stopwatch_ns).ticks) felt.push_back(tick.felt);

@@ -167,10 +167,11 @@ void World::haptic_ticks() {
     s->next_tick_ = t / kTick * kTick + kTick;  // late ticks are skipped, never run in a row
     s->reading_ = s->owner_ ? s->owner_->reading_ : s->device_->read(t);
     if (!s->reading_.ok()) continue;
-    const TickOutput out = s->run_tick(s->core_->haptic(), {t, s->reading_.position});
-    if (s->device_)
-      s->core_->haptic().hold().say(t, s->device_->caps().has_orientation ? Orientation(s->reading_.orientation) : Orientation(),
-                                    s->reading_.buttons);
+    const Device* const device = (s->owner_ ? s->owner_ : s.get())->device_.get();
+    const bool turns = device && device->caps().has_orientation;
+    const TickOutput out =
+        s->run_tick(s->core_->haptic(), {t, s->reading_.position, turns ? Orientation(s->reading_.orientation) : Orientation()});
+    if (s->device_) s->core_->haptic().buttons().say(t, s->reading_.buttons);
     if (s->device_) s->device_->write(out.force);
     if (s->on_tick) s->on_tick(now_, s->reading_.position, out);
   }

@@ -57,13 +57,12 @@ void ClientCore::drain() {
     intake_.add_sample(sample);
     ++unsent_;
   }
-  drain_hold();
+  drain_buttons();
   unsent_ = std::min(unsent_, kUnsentMost);
 }
 
-void ClientCore::drain_hold() {
-  if (const Orientation* newest = haptic_.hold().take_orientation()) orientation_ = *newest;
-  for (ButtonChange change; haptic_.hold().take_change(change);) {
+void ClientCore::drain_buttons() {
+  for (ButtonChange change; haptic_.buttons().take(change);) {
     if (button_changes_.size() == std::size_t{kMaxButtonChanges}) button_changes_.erase(button_changes_.begin());
     button_changes_.push_back(change);
   }
@@ -226,17 +225,23 @@ std::size_t ClientCore::emit_beat(std::span<std::byte> out, Micros now) {
   return say(Beat{.link = link_report(), .ticks_late = haptic_.late_ticks(), .guidance = guidance}, out, now);
 }
 
-/// Sends the oldest unsent samples, as many as fit, after some that were sent already: a lost datagram costs nothing.
+/// Sends the oldest unsent samples, as many as fit, after some that were sent already: a lost datagram costs nothing. The
+/// orientation of a point is for viewers alone: the last is enough.
 std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
-  constexpr auto most = static_cast<std::size_t>(kMaxSamplesPerDatagram);
+  const bool turns = welcome().turns;
+  const auto most = static_cast<std::size_t>(turns ? kMaxTurnsPerDatagram : kMaxSamplesPerDatagram);
   const SampleHistory<ToolSample>& history = intake_.history();
   while (unsent_ > 0) {
     const auto sent = history.size() - unsent_;
-    const auto repeat = std::min(sent, static_cast<std::size_t>(pace_.repeat()));
+    constexpr std::size_t kLeastFresh = 8;
+    const auto repeat = std::min({sent, static_cast<std::size_t>(pace_.repeat()), most - kLeastFresh});
     const auto fresh = std::min(unsent_, most - repeat);
     unsent_ -= fresh;
-    Samples samples{{}, welcome().deadband > 0 ? intake_.playing() : 0, orientation_, button_changes_};
-    for (auto i = sent - repeat; i < sent + fresh; ++i) samples.samples.push_back(history[i]);
+    Samples samples{{}, welcome().deadband > 0 ? intake_.playing() : 0, button_changes_};
+    for (auto i = sent - repeat; i < sent + fresh; ++i) {
+      samples.samples.push_back(history[i]);
+      if (!turns && i + 1 < sent + fresh) samples.samples.back().orientation.reset();
+    }
     if (const auto size = say(std::move(samples), out, now)) return size;
   }
   send_due_ = false;

@@ -115,7 +115,7 @@ class ClientCore : public ClientSession {
   static constexpr Micros kPartnerGone{1'000'000};  ///< silence after which there is no partner of a guidance
 
   void drain();
-  void drain_hold();
+  void drain_buttons();
   void forget_server();
   void begin(const Message& message, Micros now);
   void hear(Micros now);
@@ -143,7 +143,6 @@ class ClientCore : public ClientSession {
   SchemeInUse in_use_;
   SchemesFelt schemes_felt_;
   std::size_t unsent_ = 0;                    ///< number of the newest samples() that are not sent yet
-  Orientation orientation_;                   ///< newest orientation
   std::vector<ButtonChange> button_changes_;  ///< newest last, kMaxButtonChanges at most; every datagram of samples repeats them
   Patch last_patch_;
   bool refuses_guidance_;

@@ -25,7 +25,7 @@ double across(const Patch& patch, const Normal& a, const Normal& b) {
 }  // namespace
 
 double stiffness_between_tools(const Patch& patch) noexcept {
-  if (patch.contact != ContactKind::touch || patch.constant || patch.others.count == 0 || patch.modes() == 0) return 0;
+  if (patch.contact != ContactKind::touch || patch.constant || patch.others.count == patch.others.own || patch.modes() == 0) return 0;
   const Triangle& corner = patch.surface.triangles[patch.point.triangle];
   const auto vertex = [&](std::size_t k) -> const PortVertex& { return patch.surface.vertices[corner[k]]; };
   const Vec3 outwards = (vertex(1).position - vertex(0).position).cross(vertex(2).position - vertex(0).position);
@@ -37,7 +37,7 @@ double stiffness_between_tools(const Patch& patch) noexcept {
   const double contact = patch.contact_stiffness_n_m > 0 ? 1 / patch.contact_stiffness_n_m : 0;
   const double own_compliance = across(patch, own, own) + normal.dot(patch.c_static * normal) + contact;
   double stiffness = 0;
-  for (const OtherTool& other : patch.others.tools()) {
+  for (const OtherContact& other : patch.others.tools().subspan(static_cast<std::size_t>(patch.others.own))) {
     const Normal its = other.rows.transpose() * other.normal;
     const double its_compliance = across(patch, its, its) + other.normal.dot(other.c_static * other.normal) + contact;
     const double between = across(patch, own, its), determinant = own_compliance * its_compliance - between * between;

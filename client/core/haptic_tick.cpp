@@ -10,27 +10,31 @@ namespace {
 
 constexpr double kNoStiffness = 1e-9;  // [1/s^2]: a mode that moves freely
 
-/// n^T (R K^-1 R^T + c_static) n at the patch's point [m/N].
+/// n^T (R K^-1 R^T + c_static) n + 1 / k_c of a contact with R^T n = `moves` and `instant` = n^T c_static n [m/N].
+double compliance_of(const Patch& patch, const ModeVector& moves, double instant) {
+  double compliance = instant + (patch.contact_stiffness_n_m > 0 ? 1 / patch.contact_stiffness_n_m : 0);
+  for (int mode = 0; mode < patch.modes(); ++mode)
+    if (patch.stiffness[mode] > kNoStiffness) compliance += moves[mode] * moves[mode] / patch.stiffness[mode];
+  return compliance;
+}
+
+/// The same at the patch's point.
 double compliance_of_touch(const Patch& patch) {
   const Triangle& corner = patch.surface.triangles[patch.point.triangle];
   const auto vertex = [&](std::size_t k) -> const PortVertex& { return patch.surface.vertices[corner[k]]; };
   const Vec3 across = (vertex(1).position - vertex(0).position).cross(vertex(2).position - vertex(0).position);
   if (!(across.squaredNorm() > 0)) return 0;
   const Vec3 normal = across.normalized();
-  double compliance = normal.dot(patch.c_static * normal);
-  for (int mode = 0; mode < patch.modes(); ++mode) {
-    double moves = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      moves += patch.point.weight[static_cast<Eigen::Index>(k)] * vertex(k).rows.col(mode).dot(normal);
-    if (patch.stiffness[mode] > kNoStiffness) compliance += moves * moves / patch.stiffness[mode];
-  }
-  return patch.contact_stiffness_n_m > 0 ? compliance + 1 / patch.contact_stiffness_n_m : compliance;
+  ModeVector moves = ModeVector::Zero(patch.modes());
+  for (std::size_t k = 0; k < 3; ++k)
+    moves.noalias() += patch.point.weight[static_cast<Eigen::Index>(k)] * (vertex(k).rows.transpose() * normal);
+  return compliance_of(patch, moves, normal.dot(patch.c_static * normal));
 }
 
 /// Returns the largest rate at which a patch's force grows against a tool that moves in the next tick [N/m].
 double stiffness_of(const Patch& patch, double dt_s) {
   if (patch.constant) return 0;
-  if (patch.contact == ContactKind::touch) return patch.contact_stiffness_n_m;
+  if (patch.contact == ContactKind::touch) return (1 + patch.others.own) * patch.contact_stiffness_n_m;
   return (patch.k_port + patch.d_port / dt_s).norm();
 }
 
@@ -44,7 +48,12 @@ double stiffness_of_port(const Patch& patch) noexcept {
     return values.eigenvalues()[2];
   }
   const double compliance = compliance_of_touch(patch);
-  return compliance > 0 ? 1 / compliance : 0;
+  double stiffness = compliance > 0 ? 1 / compliance : 0;
+  for (const OtherContact& other : patch.others.tools().first(static_cast<std::size_t>(patch.others.own))) {
+    const double of_other = compliance_of(patch, other.rows.transpose() * other.normal, other.normal.dot(other.c_static * other.normal));
+    if (of_other > 0) stiffness += 1 / of_other;
+  }
+  return stiffness;
 }
 
 HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
@@ -54,7 +63,7 @@ HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, co
 void HapticTick::restart() noexcept {
   guard_.restart();
   gain_ = 0;
-  fade_offset_ = Vec3::Zero();
+  fade_offset_ = torque_offset_ = Vec3::Zero();
   fade_left_ = 0;
   damper_.restart();
   coupled_hand_.restart();
@@ -130,13 +139,15 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   renew(std::max(next.patch().stamp, std::min(renewed_to(), next.patch().stamp + kRenewedMost)), now.t);
   // The same patch again is one whose terms have arrived.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
-  const Vec3 before = has_player_ ? Vec3(softening_ * player_.advance(now).force + fade_offset_) : Vec3::Zero();
+  const PlayerOutput old = has_player_ ? player_.advance(now) : PlayerOutput{};
+  const Vec3 before = softening_ * old.force + fade_offset_, torque_before = softening_ * old.torque + torque_offset_;
   softening_ = share_of(next.patch());
   const Vec3 after = softening_ * next.advance(now).force, step = before - after;
   player_ = next;
   damper_.play(next.patch());
   if (has_player_) {
     fade_offset_ = step;
+    torque_offset_ = torque_before - softening_ * next.output().torque;
     fade_left_ = cross_fade_ticks(step.norm(), after.norm());
     counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
   }
@@ -160,10 +171,12 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& 
   out.contact = player_.output().contact;
   out.patch_stamp = stamp_;
   out.patch_age = sample.t - stamp_;
-  Vec3 force = softening_ * player_.output().force;
+  Vec3 force = softening_ * player_.output().force, torque = softening_ * player_.output().torque;
   if (fade_left_ > 0) {
     force += fade_offset_;
+    torque += torque_offset_;
     fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
+    torque_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
     --fade_left_;
   }
   force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s);
@@ -175,6 +188,7 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& 
   gain_ = felt ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
   if (gain_ < 1) ++counts_.faded_ticks;
   out.gain = felt ? gain_ : 1;
+  out.torque = gain_ * torque;
   return gain_ * guard_.clamped(force);
 }
 
@@ -204,12 +218,12 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   const bool usable = in_world(reading.position), first = recent_.empty();
   // An invalid reading would stay in a model: the tool counts as standing still.
   if (usable) device_ = reading.position;
-  ToolSample sample{reading.t, device_};
+  ToolSample sample{reading.t, device_, reading.orientation && is_unit(*reading.orientation) ? reading.orientation : Orientation()};
   const Micros passed = first ? kTick : sample.t - recent_.newest().t;
   const bool coupled = coupling_.stiffness_n_m > 0;
   Vec3 coupling_force = Vec3::Zero();
   if (coupled && (usable || !first)) coupling_force = couple_to_tool(sample, seconds(std::max(passed, Micros{1})));
-  if (!samples_.push(usable ? sample : reading)) ++counts_.samples_dropped;
+  if (!samples_.push(usable ? sample : ToolSample{reading.t, reading.position})) ++counts_.samples_dropped;
   if (first && !usable) return {};
 
   TickOutput out;

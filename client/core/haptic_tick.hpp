@@ -27,9 +27,9 @@
 
 #include <atomic>
 
+#include "client/core/button_changes.hpp"
 #include "client/core/guidance.hpp"
 #include "client/core/hands_damper.hpp"
-#include "client/core/tool_hold.hpp"
 #include "client/guard/guard.hpp"
 #include "client/guard/virtual_coupling.hpp"
 #include "common/base/latest_slot.hpp"
@@ -50,6 +50,7 @@ inline bool in_world(const Vec3& position) noexcept {
 struct TickOutput {
   Vec3 force = Vec3::Zero();        ///< force for the device to render, after the guard [N]
   Vec3 model_force = Vec3::Zero();  ///< force before the guard, without guidance [N]
+  Vec3 torque = Vec3::Zero();       ///< of the patch on a tool with a body, about the tool point, not passed through the guard [N m]
   Vec3 guidance = Vec3::Zero();     ///< force of guidance before the guard [N]
   bool contact = false;
   bool has_patch = false;
@@ -66,7 +67,7 @@ inline constexpr Micros kValidMost{5'000'000}, kValidBeyondAge{1'000'000}, kRene
 
 /// Returns the stiffness that a patch shows to a hand at its port [N/m]. For attach: the largest eigenvalue of K_p, with all
 /// modes at rest. For touch: 1 / (n^T (R K^-1 R^T + c_static) n + 1 / k_c) along the normal n at the patch's point, after all
-/// modes have followed, modes without stiffness omitted. 0 for a constant patch.
+/// modes have followed, modes without stiffness omitted, summed over the contacts of the tool's body. 0 for a constant patch.
 double stiffness_of_port(const Patch& patch) noexcept;
 
 struct HapticCounts {
@@ -86,7 +87,8 @@ class HapticTick {
   HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
              const CouplingParameters& coupling = {});
   /// Runs one tick. `sample.t` is on the client's clock and grows by kTick (the caller skips late ticks and never runs two in a
-  /// row). A reading outside the world is not played: the tool counts as standing still.
+  /// row). A reading outside the world is not played: the tool counts as standing still. An orientation that is not of unit length
+  /// counts as none.
   TickOutput tick(const ToolSample& reading) noexcept;
   /// Sets the limits of the device. Before the first tick only.
   void limit(const GuardLimits& limits) noexcept { guard_ = Guard(limits); }
@@ -100,8 +102,8 @@ class HapticTick {
   Micros horizon() const noexcept { return Micros{horizon_us_.load(std::memory_order_relaxed)}; }
   /// Says that the server considers the patch in use as good as one stamped `stamp`. Any thread, one at a time.
   void renew_to(Micros stamp) noexcept { renewed_to_us_.store(stamp.count(), std::memory_order_relaxed); }
-  /// The tool's orientation and buttons, which the haptic thread leaves for the network thread.
-  ToolHold& hold() noexcept { return hold_; }
+  /// The tool's buttons, which the haptic thread leaves for the network thread.
+  ButtonChanges& buttons() noexcept { return buttons_; }
   /// Passes on a message about the partner of a guidance. Any thread, one at a time.
   void hear(const PartnerTool& partner) noexcept {
     partners_.back() = partner;
@@ -150,7 +152,7 @@ class HapticTick {
   double softening_ = 1;                       ///< scale of the player's force
   Micros stamp_{};                             ///< stamp of the patch in use, or later if it was renewed
   SampleHistory<ToolSample> recent_{kRecent};  ///< the ticks before this one
-  Vec3 fade_offset_ = Vec3::Zero();
+  Vec3 fade_offset_ = Vec3::Zero(), torque_offset_ = Vec3::Zero();
   int fade_left_ = 0;
   double gain_ = 0;
   HandsDamper damper_;
@@ -164,7 +166,7 @@ class HapticTick {
   std::atomic<std::uint8_t> guidance_hand_{0};
   std::atomic<std::int64_t> guidance_reach_us_{0};
   std::atomic<double> guidance_force_n_{0};
-  ToolHold hold_;
+  ButtonChanges buttons_;
   HapticCounts counts_;
 };
 

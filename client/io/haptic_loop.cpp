@@ -140,10 +140,10 @@ bool HapticLoop::tick(Micros due) noexcept {
     begin_again(false);
     share_ = 1;
   }
-  const ToolSample sample{due, reading.position};
+  const ToolSample sample{due, reading.position, orientation_of(reading)};
   const std::int64_t before_ns = now_ns();
   outputs_[0] = displays_[0]->tick(sample);
-  displays_[0]->hold().say(due, orientation_of(reading), reading.buttons);
+  displays_[0]->buttons().say(due, reading.buttons);
   stats_.tick_ns.add(now_ns() - before_ns);
   write(faded(outputs_[0].force, shown) + left_over());
   outputs_[0].force = force_;

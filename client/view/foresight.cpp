@@ -4,17 +4,20 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/tool_pose.hpp"
+
 namespace palpate {
 namespace {
 
-/// Interpolates linearly between samples, which ascend; constant beyond the ends.
-Vec3 tool_at(const std::vector<ToolSample>& samples, Micros t) {
+/// Interpolates evenly between samples, which ascend; constant beyond the ends.
+ToolSample tool_at(const std::vector<ToolSample>& samples, Micros t) {
   const auto after = std::find_if(samples.begin(), samples.end(), [t](const ToolSample& s) { return s.t > t; });
-  if (after == samples.begin()) return after->position;
-  if (after == samples.end()) return samples.back().position;
+  if (after == samples.begin()) return {t, after->position, after->orientation};
+  if (after == samples.end()) return {t, samples.back().position, samples.back().orientation};
   const ToolSample& before = *std::prev(after);
   const double part = seconds(t - before.t) / seconds(after->t - before.t);
-  return before.position + part * (after->position - before.position);
+  return {t, before.position + part * (after->position - before.position),
+          orientation_between(before.orientation, after->orientation, part)};
 }
 
 double least_edge_m(const PortSurface& surface) {
@@ -89,8 +92,7 @@ Foresight foresee(const PatchPair& pair) {
   PatchPlayer player(pair.patch, pair.terms);
   const std::int64_t ticks = (pair.next.stamp - pair.patch.stamp + kTick / 2) / kTick;
   for (std::int64_t k = 1; k <= ticks; ++k) {
-    const Micros t = pair.patch.stamp + k * kTick;
-    player.advance({t, tool_at(pair.samples, t)});
+    player.advance(tool_at(pair.samples, pair.patch.stamp + k * kTick));
   }
   foresight.force = player.output().force;
   if (pair.patch.modes() > 0 && pair.next.modes() > 0) compare_surface(player, pair.next, foresight);

@@ -29,8 +29,13 @@ SolidBatch::SolidBatch() {
 bool SolidBatch::show(const Sight& sight, const Box& rest) {
   next_.clear();
   const float tip = tip_radius(rest);
-  for (std::size_t i = 0; i < sight.tools.size(); ++i)
-    append_stylus(next_, stylus_of(sight.tools[i], tip, station_color(sight.hue(i))));
+  for (std::size_t i = 0; i < sight.tools.size(); ++i) {
+    const ToolView& tool = sight.tools[i];
+    if (sight.body.empty())
+      append_stylus(next_, stylus_of(tool, tip, station_color(sight.hue(i))));
+    else
+      append_instrument(next_, {{tool.position, tool.orientation.value_or(Rotation::Identity())}, sight.body, station_color(sight.hue(i))});
+  }
   arrows_from_ = next_.size();
   for (std::size_t i = 0; i < sight.tools.size(); ++i) {
     const ToolView& tool = sight.tools[i];

@@ -1,6 +1,7 @@
 #include "client/view/solids.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -88,6 +89,38 @@ void append_stylus(SolidMesh& mesh, const Stylus& stylus) {
   }
   append_turned(mesh, stylus.tip, stylus.axes ? Vec3f(stylus.axes->col(2)) : lean, profile);
   if (stylus.axes) append_button(mesh, stylus);
+}
+
+void append_instrument(SolidMesh& mesh, const Instrument& instrument) {
+  const Vec3f steel(0.72F, 0.74F, 0.77F);
+  constexpr int kArc = 12;
+  const auto at = [&](const ToolSphere& sphere) { return Vec3f(instrument.pose.centre_of(sphere).cast<float>()); };
+  float top = 0;
+  for (std::size_t k = 0; k < instrument.body.size(); ++k) {
+    const ToolSphere& sphere = instrument.body[k];
+    const auto radius = static_cast<float>(sphere.radius_m);
+    std::vector<Ring> ball;
+    for (int i = 0; i <= kArc; ++i) {
+      const float angle = std::numbers::pi_v<float> * static_cast<float>(i) / kArc;
+      ball.push_back({radius * std::sin(angle), -radius * std::cos(angle), steel, 0.9F});
+    }
+    append_turned(mesh, at(sphere), Vec3f::UnitZ(), ball);
+    top = std::max(top, static_cast<float>(sphere.centre.z()) + radius);
+    if (k + 1 == instrument.body.size() || instrument.body[k + 1].radius_m != sphere.radius_m) continue;
+    const Vec3f way = at(instrument.body[k + 1]) - at(sphere);
+    if (way.norm() > 0) append_turned(mesh, at(sphere), way, {{radius, 0, steel, 0.9F}, {radius, way.norm(), steel, 0.9F}});
+  }
+  constexpr float kHandleM = 0.08F, kRodM = 0.0016F, kCollarM = 0.012F, kGripM = 0.0032F;
+  const float end = top + kHandleM;
+  append_turned(mesh, instrument.pose.position.cast<float>(),
+                (instrument.pose.turn * Vec3::UnitZ()).cast<float>(),
+                {{kRodM, 0.5F * top, steel, 0.9F},
+                 {kRodM, end - 3 * kCollarM, steel, 0.9F},
+                 {kGripM, end - 3 * kCollarM, instrument.color, 0.5F},
+                 {kGripM, end - 2 * kCollarM, instrument.color, 0.5F},
+                 {kGripM, end - 2 * kCollarM, kGrip, 0.25F},
+                 {kGripM, end, kGrip, 0.25F},
+                 {0, end + kGripM, kGrip, 0.25F}});
 }
 
 void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "client/viewer/surface.hpp"
+#include "common/base/tool_shape.hpp"
 
 namespace palpate {
 
@@ -37,6 +39,15 @@ struct Stylus {
   bool pressed = false;
 };
 void append_stylus(SolidMesh& mesh, const Stylus& stylus);
+
+/// A tool with a body: its spheres, those of one radius that follow each other joined to a rod, and a thin handle along z with a
+/// collar in the station's colour.
+struct Instrument {
+  ToolPose pose;
+  std::span<const ToolSphere> body;
+  Vec3f color = Vec3f::Ones();  ///< sRGB
+};
+void append_instrument(SolidMesh& mesh, const Instrument& instrument);
 
 /// Appends an arrow of the given length from `from`; nothing when it is shorter than its own width.
 void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb);

@@ -31,6 +31,7 @@ RecordingHead head_of(const ViewCore& core, const std::string& program, Micros u
   head.rate_hz = head.shapes_hz = 1 / seconds(core.playback().period());
   head.surface = surface_of(core);
   if (const Task* task = core.task().task()) head.task = *task;
+  head.tool = core.room().tool;
   return head;
 }
 

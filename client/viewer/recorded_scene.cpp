@@ -233,6 +233,7 @@ StationView RecordedScene::station_at(const Hand& hand, Micros t) const {
 RoomView RecordedScene::room_at(Micros t) const {
   RoomView room;
   room.nodes = recording_.head().surface.body_vertices;
+  room.tool = recording_.head().tool;
   Micros took{};
   const auto frames = within(frames_, t - kCostOver, t);
   for (const Frame& frame : frames) took += frame.took;

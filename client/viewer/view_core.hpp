@@ -22,6 +22,7 @@ namespace palpate {
 struct ViewMoment {
   Shape shape;
   std::vector<ToolView> tools;
+  ToolShape tool_body = {};  ///< of all tools; empty: points
 };
 
 class ViewCore : public ClientSession {

@@ -4,17 +4,12 @@
 // to the hand, x is the side on which a stylus has its buttons. The identity is a stylus that stands upright, its tip down.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 
 #include "common/base/types.hpp"
 
 namespace palpate {
-
-/// Empty when the device has none.
-using Orientation = std::optional<Eigen::Quaterniond>;
 
 /// State of the buttons from t on; bit n: button n is pressed.
 struct ButtonChange {
@@ -23,11 +18,11 @@ struct ButtonChange {
 };
 
 inline constexpr double kUnitLengthWithin = 1e-3;  ///< tolerance for the length of a quaternion from the wire
-inline bool is_unit(const Eigen::Quaterniond& q) noexcept { return std::abs(q.norm() - 1) <= kUnitLengthWithin; }
+inline bool is_unit(const Rotation& q) noexcept { return std::abs(q.norm() - 1) <= kUnitLengthWithin; }
 
 /// Interpolates by the share `s` from one to the other; returns the first when one of them is empty.
 inline Orientation orientation_between(const Orientation& from, const Orientation& to, double s) {
-  return from && to ? from->normalized().slerp(s, to->normalized()) : from;
+  return from && to ? Orientation(from->normalized().slerp(s, to->normalized())) : from;
 }
 
 }  // namespace palpate

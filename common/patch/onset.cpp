@@ -92,7 +92,12 @@ Clearance clearance_of(const SurfacePoint& point, const Vec3& gap, const Vec3& n
   return {gap.dot(normal) > -kRoundingM, point, gap};
 }
 
-Onset look_for_contact(const SurfaceView& s, Positions x, const Vec3& tool, Clearance& clearance) noexcept {
+Onset look_for_contact(const SurfaceView& s, Positions x, const Vec3& tool, double radius_m, Clearance& clearance) noexcept {
+  if (radius_m > 0) {
+    const NearestPoint nearest = nearest_point(s, x, tool);
+    clearance = {};
+    return {nearest.height_m < radius_m, nearest};
+  }
   const std::optional<Followed> followed = follow(s, x, tool, clearance);
   if (const auto entered = followed ? entered_at(s, x, tool, clearance, *followed) : std::nullopt) {
     clearance = {};

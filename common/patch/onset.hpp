@@ -11,6 +11,9 @@
 // Where the body is inside out the tool is in front of two sheets that face each other, and only the one from which it came
 // counts. A tool whose path is unknown, or longer than kFollowedM, touches the nearest point of all where it is inside.
 //
+// A sphere of a tool with a body (tool_shape.hpp) touches the nearest point of all where its centre is nearer than its radius, or
+// inside.
+//
 // Positions in m. What can go wrong: a path of more than kFollowedM through something thin is not noticed. The path is assumed
 // straight, and the surface around the point is assumed to move without rotation.
 #pragma once
@@ -35,8 +38,9 @@ struct Onset {
   NearestPoint nearest;  ///< contact point if it touches, otherwise the nearest of all
 };
 
-/// Decides whether a tool that was not touching touches now; if not, updates `clearance`.
-Onset look_for_contact(const SurfaceView& s, Positions x, const Vec3& tool, Clearance& clearance) noexcept;
+/// Decides whether a tool that was not touching touches now; if not, updates `clearance`. `radius_m`: of the sphere around
+/// `tool`, 0 = a point.
+Onset look_for_contact(const SurfaceView& s, Positions x, const Vec3& tool, double radius_m, Clearance& clearance) noexcept;
 
 /// Returns the clearance of a tool that has just left `point` and is `gap` away from it; unknown where it is inside.
 Clearance clearance_of(const SurfacePoint& point, const Vec3& gap, const Vec3& normal) noexcept;

@@ -10,7 +10,7 @@
 //
 // Other tools on the body push the modes with a force that is g at the stamp and changes with time, w = g + load_rate (t - t*),
 // until load_for after it; then it is constant. Their contacts' share of the stiffness is in K. In a touch the nearest of them
-// (OtherTool) are contacts instead, which begin, slip and end by the contact law like the tool's own.
+// (OtherContact) are contacts instead, which begin, slip and end by the contact law like the tool's own.
 //
 // touch (the tool pushes with lambda at a barycentric point w of a surface triangle; R_i are the port rows of vertex i):
 //     vertex i is at  x_i = position_i + R_i q,       u = (sum_i w_i R_i)^T lambda
@@ -19,6 +19,10 @@
 // other tools: u += sum_o R_o^T lambda_o; lambda_o from the same law, the tool at gap_o(t) relative to the point under it
 //     without its push, a plane with normal n_o that the modes move by R_o and a push by c_static,o:
 //     gap_o(t) = gap_o* + v_o t' + a_o t'^2 / 2 - R_o q,   t' = min(t - t*, load_for)
+// A tool with a body (tool_shape.hpp) has a contact for each of its spheres near the surface: the most loaded one is that at w,
+//     with its sphere's lowest point in the tool's place, h + R a - r n; the others are the first `own` of these contacts, which
+//     move with the tool instead of v_o and a_o, by h + R a_j - (h* + R* a_j); with F_j their forces on the tool,
+//     force = sum_j F_j,   torque about h = sum_j (R a_j - r_j n_j) x F_j
 //
 // Where the body's stress relaxes (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H =
 // [[K_p, -B_k^T], [-B_k, K]] or K, each branch k of its Prony series adds share_k s_k to the forces on u,
@@ -39,6 +43,7 @@
 #include <span>
 
 #include "common/base/limits.hpp"
+#include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
 #include "common/mechanics/solid_law.hpp"
 #include "common/patch/scheme.hpp"
@@ -79,21 +84,30 @@ struct PortSurface {
   std::array<Triangle, kMaxPortTriangles> triangles{};
 };
 
-/// Another tool that touches the body, or is about to, with its expected path.
-struct OtherTool {
+/// Contact of another tool that touches the body, or is about to, with its expected path, or of another sphere of the same tool.
+struct OtherContact {
   bool touching = false;                                      ///< contact state at the stamp
   Vec3 gap = Vec3::Zero();                                    ///< gap_o* [m]
   Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();  ///< v_o [m/s], a_o [m/s^2]
   Vec3 normal = Vec3::UnitZ();                                ///< n_o, outwards, of length 1
   Mat3 c_static = Mat3::Zero();                               ///< compliance there that no mode carries [m/N]
   PortRows rows;                                              ///< R_o
+  ToolSphere sphere;                                          ///< of the same tool
 };
-inline constexpr int kMaxOtherTools = 3;  ///< with more, less of the surface fits into a datagram
+inline constexpr int kMaxOtherContacts = static_cast<int>(kMaxToolSpheres) - 1;
 struct PatchOthers {
   int count = 0;
-  std::array<OtherTool, kMaxOtherTools> of;
-  std::span<OtherTool> tools() { return std::span(of).first(static_cast<std::size_t>(count)); }
-  std::span<const OtherTool> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
+  int own = 0;  ///< number of those that are of the same tool, which come first
+  std::array<OtherContact, kMaxOtherContacts> of;
+  std::span<OtherContact> tools() { return std::span(of).first(static_cast<std::size_t>(count)); }
+  std::span<const OtherContact> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
+};
+
+/// Number of other contacts in a patch, and whether its tool has a body: what decides their room in a datagram.
+struct PatchContacts {
+  int others = 0;
+  bool body = false;
+  PatchContacts(int count = 0, bool with_body = false) : others(count), body(with_body) {}  // NOLINT: a number of contacts
 };
 
 /// One branch of a stress that relaxes.
@@ -111,8 +125,8 @@ struct PatchRelaxation {
 /// Longest silence that every link is allowed: the least validity of a patch beyond the age that it is expected to reach.
 inline constexpr Micros kSilenceLeast{250'000};
 
-/// Largest component of a force in messages [N], in patches and elsewhere.
-inline constexpr double kMaxForceN = 1e4;
+/// Largest components of a force [N] and of a torque [N m] in messages, in patches and elsewhere.
+inline constexpr double kMaxForceN = 1e4, kMaxTorqueNM = 1e4;
 
 struct Patch {
   std::uint32_t seq = 0;  ///< grows by one with every patch for this station
@@ -146,6 +160,11 @@ struct Patch {
   Mat3 c_static = Mat3::Zero();      ///< compliance that no mode carries [m/N]
   PortSurface surface;
   PatchOthers others;  ///< contacts with the coupling and friction above
+
+  // a tool with a body
+  Orientation turn;            ///< R*; empty for a point
+  ToolSphere sphere;           ///< touch: that of the contact at `point`
+  Vec3 torque = Vec3::Zero();  ///< on the tool at the stamp, about the tool point [N m]
 
   double trust_radius_m = 0;  ///< distance of the tool from h* beyond which the force fades out
   Micros valid_for{};         ///< age beyond which the force fades out

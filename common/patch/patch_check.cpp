@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "common/base/tool_pose.hpp"
 #include "common/patch/patch.hpp"
 
 namespace palpate {
@@ -59,8 +60,9 @@ bool sizes_agree(const Patch& p) {
   for (const PatchBranch& branch : p.fading.branches())
     if (branch.pull.size() != variables) return false;
   if (uses_attach(p) && (p.b_k.rows() != r || p.b_d.rows() != r)) return false;
-  if (p.others.count < 0 || p.others.count > (uses_surface(p) ? kMaxOtherTools : 0)) return false;
-  for (const OtherTool& other : p.others.tools())
+  if (p.others.count < 0 || p.others.count > (uses_surface(p) ? kMaxOtherContacts : 0)) return false;
+  if (p.others.own < 0 || p.others.own > (p.turn ? p.others.count : 0)) return false;
+  for (const OtherContact& other : p.others.tools())
     if (other.rows.cols() != r) return false;
   if (!uses_surface(p)) return true;
   const auto& s = p.surface;
@@ -83,15 +85,21 @@ void check_surface_numbers(const Patch& p, Numbers& numbers) {
   }
 }
 
-void check_other_tools(const PatchOthers& others, Numbers& numbers) {
+void check_sphere(const ToolSphere& sphere, Numbers& numbers) {
+  numbers.all(sphere.centre, kMaxToolReachM + kToolStepM);
+  numbers.within(sphere.radius_m, 0, kMaxToolReachM + kToolStepM);
+}
+
+void check_other_contacts(const PatchOthers& others, Numbers& numbers) {
   constexpr double kUnitLengthTolerance = 1e-6;
-  for (const OtherTool& other : others.tools()) {
+  for (const OtherContact& other : others.tools()) {
     numbers.all(other.gap, 2 * kWorldExtentM);
     numbers.all(other.velocity, kMaxSpeedMS);
     numbers.all(other.acceleration, kMaxModelEntry);
     numbers.within(other.normal.squaredNorm(), 1 - kUnitLengthTolerance, 1 + kUnitLengthTolerance);
     numbers.all(other.c_static, kMaxCompliance_m_n);
     numbers.all(other.rows, kMaxModelEntry);
+    check_sphere(other.sphere, numbers);
   }
 }
 
@@ -127,7 +135,10 @@ PatchFault check_numbers(const Patch& p) {
     numbers.all(p.b_d, kMaxModelEntry);
   }
   if (uses_surface(p)) check_surface_numbers(p, numbers);
-  check_other_tools(p.others, numbers);
+  check_other_contacts(p.others, numbers);
+  check_sphere(p.sphere, numbers);
+  numbers.all(p.torque, kMaxTorqueNM);
+  if (p.turn) numbers.within(p.turn->norm(), 1 - kUnitLengthWithin, 1 + kUnitLengthWithin);
   return numbers.fault();
 }
 
@@ -180,7 +191,7 @@ PatchFault check_passivity(const Patch& p) {
     return PatchFault::none;
   }
   if (uses_surface(p) && !is_compliance(p.c_static)) return PatchFault::stiffness_indefinite;
-  for (const OtherTool& other : p.others.tools())
+  for (const OtherContact& other : p.others.tools())
     if (!is_compliance(other.c_static)) return PatchFault::stiffness_indefinite;
   return semi_definite(p.damping, p.modes()) ? PatchFault::none : PatchFault::damping_indefinite;
 }

@@ -11,6 +11,8 @@ double share_of_next_step(double contact_stiffness_n_m, const Mat3& moved) noexc
 
 OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double dt_s)
     : count_(patch.others.count),
+      own_(patch.others.own),
+      at_stamp_(patch.tool, patch.turn.value_or(Rotation::Identity())),
       parameters_{patch.contact_stiffness_n_m, patch.friction},
       dt_(dt_s),
       moves_for_s_(seconds(patch.load_for)) {
@@ -36,23 +38,39 @@ void OtherContacts::carry_on(StateVector& next) const noexcept {
     next.noalias() += contact.share_next * (contact.response * contact.lambda);
 }
 
-void OtherContacts::close(StateVector& z, const ModeVector& own) noexcept {
+void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept {
   const auto contacts = std::span(contacts_).first(static_cast<std::size_t>(count_));
   ++steps_;
   ModeVector q = z.head(own.size()) + own;
   for (const Contact& contact : contacts) q += contact.moved();
-  for (Contact& contact : contacts) {
+  const double t = std::min(static_cast<double>(steps_) * dt_, moves_for_s_);
+  for (std::size_t j = 0; j < contacts.size(); ++j) {
+    Contact& contact = contacts[j];
+    const OtherContact& other = contact.tool;
     q -= contact.moved();
-    close(contact, q);
+    close(contact, q,
+          static_cast<int>(j) < own_ ? Vec3(tool.centre_of(other.sphere) - at_stamp_.centre_of(other.sphere))
+                                     : Vec3(t * other.velocity + (0.5 * t * t) * other.acceleration));
     q += contact.moved();
     z.noalias() += (1 - contact.share_next) * (contact.response * contact.lambda);
   }
 }
 
-void OtherContacts::close(Contact& contact, const ModeVector& q) const noexcept {
-  const OtherTool& tool = contact.tool;
-  const double t = std::min(static_cast<double>(steps_) * dt_, moves_for_s_);
-  Vec3 gap = tool.gap + t * tool.velocity + (0.5 * t * t) * tool.acceleration - contact.slid;
+bool OtherContacts::add_own(const ToolPose& tool, Vec3& force, Vec3& torque) const noexcept {
+  bool any = false;
+  for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(own_))) {
+    const ToolSphere& sphere = contact.tool.sphere;
+    const Vec3 arm = tool.turn * sphere.centre - sphere.radius_m * contact.tool.normal;
+    force -= contact.lambda;
+    torque -= arm.cross(contact.lambda);
+    any |= contact.touching;
+  }
+  return any;
+}
+
+void OtherContacts::close(Contact& contact, const ModeVector& q, const Vec3& displacement) const noexcept {
+  const OtherContact& tool = contact.tool;
+  Vec3 gap = tool.gap + displacement - contact.slid;
   gap.noalias() -= tool.rows * q;
   contact.lambda.setZero();
   if (!contact.touching) {

@@ -1,9 +1,10 @@
-// The other tools of a patch on its modes: contacts that the player closes every step, with tools that follow the paths that the
-// patch predicts (patch.hpp).
+// The other contacts of a patch on its modes, which the player closes every step: those of other tools, which follow the paths
+// that the patch predicts, and those of other spheres of the tool's own body, which move with it (patch.hpp).
 //
 // Contact j with port rows R_j pushes with lambda_j in a step like the tool's own (player.hpp): s_j Psi0 R_j^T lambda_j of the
 // step before, (1 - s_j) of this one, and the contact law with C_j = (1 - s_j) R_j Psi0_q R_j^T + c_static,j from the gap
 //     gap_j(t) = gap_j* + v_j t' + a_j t'^2 / 2 - slid_j - R_j q,    slid_j: displacement of its point by sliding since the stamp
+// (d_j in the place of v_j t' + a_j t'^2 / 2 for the first `own`, d_j the displacement of the sphere's centre since the stamp),
 // where q includes the pushes of all contacts but j in this step: of those before j the new ones, of the rest those of the last
 // step (one sweep of block Gauss-Seidel a step, which converges because the compliance of all contacts together is positive
 // definite). Where a tool comes down its point is below it: slid_j takes up the tangential part of the gap.
@@ -33,15 +34,17 @@ class OtherContacts {
   bool empty() const { return count_ == 0; }
   /// Adds the pushes of the step before to the coming step: sum s_j Psi0 R_j^T lambda_j.
   void carry_on(StateVector& next) const noexcept;
-  /// Closes the contacts at the end of a step. `z`: the state there without any contact's push in this step; the other tools'
+  /// Closes the contacts at the end of a step, with the tool there. `z`: the state there without any contact's push in this step; the other tools'
   /// pushes are added to it. `own`: contribution of the tool's own contact to q, one step old.
-  void close(StateVector& z, const ModeVector& own) noexcept;
+  void close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept;
   /// Returns lambda_j, the force on the body [N].
   const Vec3& push(int j) const { return contacts_[static_cast<std::size_t>(j)].lambda; }
+  /// Adds force [N] and torque about the tool point [N m] on a tool whose other spheres touch. Returns true if any does.
+  bool add_own(const ToolPose& tool, Vec3& force, Vec3& torque) const noexcept;
 
  private:
   struct Contact {
-    OtherTool tool;
+    OtherContact tool;
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response;  // Psi0 R^T
     double share_next = 0;
     Mat3 compliance = Mat3::Zero();
@@ -49,10 +52,11 @@ class OtherContacts {
     Vec3 slid = Vec3::Zero(), lambda = Vec3::Zero();
     ModeVector moved() const { return (1 - share_next) * (response.topRows(tool.rows.cols()) * lambda); }
   };
-  void close(Contact& contact, const ModeVector& q) const noexcept;
+  void close(Contact& contact, const ModeVector& q, const Vec3& displacement) const noexcept;
 
-  int count_ = 0;
-  std::array<Contact, kMaxOtherTools> contacts_;
+  int count_ = 0, own_ = 0;
+  ToolPose at_stamp_;
+  std::array<Contact, kMaxOtherContacts> contacts_;
   ContactParameters parameters_;
   double dt_ = 0, moves_for_s_ = 0;
   std::int64_t steps_ = 0;  // steps since the stamp

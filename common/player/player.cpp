@@ -77,16 +77,20 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   touching_ = patch.touching;
   point_ = patch.point;
   carried_ = StateVector::Zero(2 * r);
-  if (patch.contact == ContactKind::touch && r > 0) {
+  if (patch.contact == ContactKind::touch) {
     others_ = OtherContacts(patch, psi0_, dt_);
-    if (touching_) {
+    if (touching_ && r > 0) {
       update_response();
-      carried_.noalias() = response_ * (-share_before_ * patch.force);
+      push_ = -patch.force;
+      for (int j = 0; j < patch.others.own; ++j) push_ -= others_.push(j);
+      carried_.noalias() = share_before_ * (response_ * push_);
     }
   }
-  if (patch.contact == ContactKind::touch && triangles > 0) separate(patch.tool - position_at(surface(), positions(), point_));
-  tool_ = {patch.stamp, patch.tool};
-  output_ = {patch.force, patch.touching};
+  time_ = patch.stamp;
+  tool_ = {patch.tool, patch.turn.value_or(Rotation::Identity())};
+  if (patch.contact == ContactKind::touch && triangles > 0)
+    separate(tool_.centre_of(patch.sphere) - position_at(surface(), positions(), point_));
+  output_ = {patch.force, patch.touching, patch.torque};
   elastic_ = viscous_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
   if (patch.fading.count > 0 && r > 0) {
     fading_ = NonlinearForce::Variables::Zero(elastic_.size());
@@ -102,15 +106,18 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
 
 PlayerOutput PatchPlayer::advance(const ToolSample& sample) noexcept {
   const std::int64_t half = kTick.count() / 2;
-  const std::int64_t ticks = std::min((sample.t.count() - tool_.t.count() + half) / kTick.count(), kTicksMax);
+  const std::int64_t ticks = std::min((sample.t.count() - time_.count() + half) / kTick.count(), kTicksMax);
   if (ticks <= 0) return output_;
   const std::int64_t steps = ticks * steps_;
-  const Vec3 from = tool_.position;
+  const ToolPose from = tool_, to = patch_.turn ? ToolPose(sample) : ToolPose(sample.position);
   for (std::int64_t k = 1; k <= steps; ++k) {
     const double part = static_cast<double>(k) / static_cast<double>(steps);
-    step(k == steps ? sample.position : Vec3(from + part * (sample.position - from)));
+    if (k == steps)
+      step(to);
+    else
+      step(patch_.turn ? pose_between(from, to, part) : ToolPose(from.position + part * (to.position - from.position)));
   }
-  tool_.t = sample.t;
+  time_ = sample.t;
   return output_;
 }
 
@@ -119,11 +126,11 @@ void PatchPlayer::grow_load() noexcept {
   if (--load_steps_ == 0) drift_ -= ramp_;
 }
 
-void PatchPlayer::step(const Vec3& tool) noexcept {
-  if (!patch_.constant && patch_.contact == ContactKind::attach) step_attach(tool);
+void PatchPlayer::step(const ToolPose& tool) noexcept {
+  if (!patch_.constant && patch_.contact == ContactKind::attach) step_attach(tool.position);
   if (!patch_.constant && patch_.contact == ContactKind::touch) step_touch(tool);
   if (load_steps_ > 0) grow_load();
-  tool_.position = tool;
+  tool_ = tool;
 }
 
 void PatchPlayer::step_attach(const Vec3& tool) noexcept {
@@ -242,7 +249,7 @@ void PatchPlayer::update_response() noexcept {
   compliance_ += (1 - share_before_) * moved;
 }
 
-void PatchPlayer::step_touch(const Vec3& tool) noexcept {
+void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
     StateVector next = drift_ + carried_;
@@ -250,21 +257,24 @@ void PatchPlayer::step_touch(const Vec3& tool) noexcept {
     next.noalias() += transition_ * z_;
     if (!others_.empty()) others_.carry_on(next);
     z_ = next;
-    close_others();
     carried_.setZero();
   }
+  close_others(tool);
+  output_ = {};
   close_touch(tool);
+  if (others_.add_own(tool, output_.force, output_.torque)) output_.contact = true;
   bend(Vec3::Zero(), Vec3::Zero());
   fade(Vec3::Zero());
 }
 
-/// Updates the other contacts; the tool's own contact pushes as in the step before.
-void PatchPlayer::close_others() noexcept {
+/// Updates the other contacts; the tool's own contact pushes as in the step before, where it was then: has_response_ is about
+/// where it is now.
+void PatchPlayer::close_others(const ToolPose& tool) noexcept {
   if (others_.empty()) return;
   const auto r = patch_.modes();
   ModeVector own = ModeVector::Zero(r);
-  if (touching_ && has_response_) own.noalias() -= (1 - share_before_) * (response_.topRows(r) * output_.force);
-  others_.close(z_, own);
+  if (touching_ && r > 0) own.noalias() += (1 - share_before_) * (response_.topRows(r) * push_);
+  others_.close(z_, own, tool);
 }
 
 void PatchPlayer::separate(const Vec3& gap) noexcept {
@@ -272,12 +282,14 @@ void PatchPlayer::separate(const Vec3& gap) noexcept {
   clearance_.known &= beyond_.isZero(0);
 }
 
-void PatchPlayer::close_touch(const Vec3& tool) noexcept {
+void PatchPlayer::close_touch(const ToolPose& pose) noexcept {
   place_vertices();
   const SurfaceView view = surface();
-  output_ = {};
+  const double radius_m = patch_.sphere.radius_m;
+  const Vec3 arm = pose.turn * patch_.sphere.centre, centre = pose.position + arm;
+  Vec3 normal = Vec3::Zero();
   if (!touching_) {
-    const Onset onset = look_for_contact(view, positions(), tool, clearance_);
+    const Onset onset = look_for_contact(view, positions(), centre, radius_m, clearance_);
     if (!onset.touches || onset.nearest.at_border) return;
     point_ = onset.nearest.point;
     touching_ = true;
@@ -289,9 +301,10 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
   for (int slides = 0;; ++slides) {
     if (!has_response_) update_response();
     const Vec3 p_free = position_at(view, positions(), point_) + beyond_;
-    closure = close_contact(p_free, compliance_, normal_at(view, positions(), point_), tool, parameters);
+    normal = normal_at(view, positions(), point_);
+    closure = close_contact(p_free, compliance_, normal, centre - radius_m * normal, parameters);
     touching_ = closure.touching;
-    if (!touching_) return separate(tool - p_free);
+    if (!touching_) return separate(centre - p_free);
     if (closure.slip.squaredNorm() > 0) {
       point_ = slide(view, positions(), point_, beyond_ + closure.slip);
       beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);
@@ -304,7 +317,9 @@ void PatchPlayer::close_touch(const Vec3& tool) noexcept {
     z_ += (1 - share_before_) * carried_;
     carried_ *= share_before_;
   }
-  output_ = {-closure.lambda, true};
+  push_ = closure.lambda;
+  output_ = {-push_, true, Vec3::Zero()};
+  if (patch_.turn) output_.torque = -(arm - radius_m * normal).cross(push_);
 }
 
 Vec3 PatchPlayer::vertex(int i) const {

@@ -13,7 +13,7 @@
 //             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less.
 //             Beyond the patch's piece of surface the tool slides along the plane at its border, where body and friction are as
 //             at the border.
-// Other tools are contacts, too (other_contacts.hpp). A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the
+// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp). A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the
 // drift, a sum that grows by one part a step. Stress that relaxes (patch.fading) is evaluated half a step ahead of the
 // deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f) with e = exp(-dt / time), and acts with that value in
 // the step: of second order.
@@ -47,6 +47,7 @@ inline constexpr Micros kTick{1'000'000 / kHapticRateHz};  ///< period of the ha
 struct PlayerOutput {
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
   bool contact = false;
+  Vec3 torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
 };
 
 class PatchPlayer {
@@ -62,12 +63,12 @@ class PatchPlayer {
   /// Integration (2006), XIII.1). With a mode whose period is below 2.7 steps (H > dt) only the linear patch is played.
   PatchPlayer(const Patch& patch, const NonlinearTerms& terms);
 
-  /// Advances to `sample.t`, in ticks, with the tool moving linearly from its last position. No effect when that is less than
+  /// Advances to `sample.t`, in ticks, with the tool moving linearly from its last pose. No effect when that is less than
   /// half a tick away.
   PlayerOutput advance(const ToolSample& sample) noexcept;
 
   const Patch& patch() const { return patch_; }
-  Micros time() const { return tool_.t; }
+  Micros time() const { return time_; }
   const PlayerOutput& output() const { return output_; }
   /// Position of vertex `i` of the patch's surface at the end of the step [m].
   Vec3 vertex(int i) const;
@@ -75,11 +76,11 @@ class PatchPlayer {
   double energy() const;
 
  private:
-  void step(const Vec3& tool) noexcept;
+  void step(const ToolPose& tool) noexcept;
   void step_attach(const Vec3& tool) noexcept;
-  void step_touch(const Vec3& tool) noexcept;
-  void close_others() noexcept;
-  void close_touch(const Vec3& tool) noexcept;
+  void step_touch(const ToolPose& tool) noexcept;
+  void close_others(const ToolPose& tool) noexcept;
+  void close_touch(const ToolPose& pose) noexcept;
   void separate(const Vec3& gap) noexcept;
   void grow_load() noexcept;
   void fade(const Vec3& displacement) noexcept;
@@ -131,7 +132,9 @@ class PatchPlayer {
   StateVector carried_;                                                                // s Psi0 R^T lambda, for the next step
   OtherContacts others_;
   Mat3 compliance_ = Mat3::Zero();  // C
-  ToolSample tool_;
+  Micros time_{};
+  ToolPose tool_;
+  Vec3 push_ = Vec3::Zero();  // lambda at point_
   bool touching_ = false;
   SurfacePoint point_;
   Clearance clearance_;         // while not in contact

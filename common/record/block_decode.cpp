@@ -105,10 +105,9 @@ Vec3 finite_of(const wire::Vec& vec, MessageValidator& sense) {
   return vector;
 }
 
-Eigen::Quaterniond orientation_of(const wire::Turn& turn, MessageValidator& sense) {
-  const Eigen::Quaterniond orientation = pack::from(turn);
-  sense.orientation(orientation);
-  return orientation.normalized();
+Rotation orientation_of(const wire::Turn& turn, MessageValidator& sense) {
+  sense.turn(turn);
+  return pack::from(turn);
 }
 
 Micros time_of(std::int64_t t, MessageValidator& sense) {
@@ -277,6 +276,14 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
   sense.number(head.shapes_hz, 0, kMaxRateHz);
   if (table->surface() && !decode(*table->surface(), head.surface, sense)) return std::nullopt;
   if (table->task()) sense.that(read_task(*table->task(), head.task.emplace()) == WireFault::none);
+  if (table->tool()) {
+    sense.that(table->tool()->size() <= kMaxToolSpheres);
+    for (const wire::Sphere* sphere : *table->tool()) {
+      sense.sphere(*sphere);
+      if (!sense.ok()) return std::nullopt;
+      head.tool.push_back(pack::from(*sphere));
+    }
+  }
   return sense.ok() ? std::optional(std::move(head)) : std::nullopt;
 }
 

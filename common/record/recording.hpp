@@ -14,6 +14,7 @@
 #include "common/base/tool_pose.hpp"
 #include "common/base/types.hpp"
 #include "common/patch/patch.hpp"
+#include "common/base/tool_shape.hpp"
 #include "common/task/task.hpp"
 
 namespace palpate {
@@ -40,6 +41,7 @@ struct RecordingHead {
   std::string scene_file;             ///< paths inside the scene are relative to it
   RecordedSurface surface;            ///< only in a room's recording
   std::optional<Task> task = {};      ///< of a room, the training task that its scene states
+  ToolShape tool = {};                ///< of a room, the body of its tools; empty: points
 };
 
 /// The samples of a tool that were passed to a frame, at their original resolution, each once.
@@ -126,7 +128,7 @@ struct RecordedHandOver {
 struct RecordedTurn {
   Micros t{};
   StationId station = 0;
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length (common/base/tool_pose.hpp)
+  Rotation orientation = Rotation::Identity();  ///< R_WT, of unit length (common/base/tool_pose.hpp)
 };
 
 /// Buttons of a tool that are pressed from then on, until the next; none before the first.

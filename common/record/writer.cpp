@@ -75,6 +75,8 @@ record::HeadT table_of(const RecordingHead& head) {
   table.scene_file = made_plain(head.scene_file);
   table.surface = table_of(head.surface);
   if (head.task) table.task = table_of(*head.task);
+  pack::Packer packer;
+  for (const ToolSphere& sphere : head.tool) table.tool.push_back(packer.sphere(sphere));
   return table;
 }
 

@@ -50,9 +50,10 @@ void leave_room_for_rounding(Patch& patch);
 
 /// Returns the largest number of vertices of a local surface that always fit into kMaxDatagramBytes with `modes` modes and
 /// `triangles` triangles, at most the number that such a surface can have and kMaxPortVertices; less than 3 when no surface fits.
-/// `loaded`: the patch has a load_rate; `branches`: number for a stress that relaxes; `others`: number of other tools that are
-/// contacts.
-int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false, int branches = 0, int others = 0);
+/// `loaded`: the patch has a load_rate; `branches`: number for a stress that relaxes; `contacts`: those besides that at the
+/// surface.
+int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded = false, int branches = 0,
+                      PatchContacts contacts = {});
 
 /// Returns the largest number of modes of a patch that fit into kMaxDatagramBytes, with `branches` of a stress that relaxes: for
 /// attach without branches kMaxModes; for touch as many as leave room for kMinUsefulVertices vertices, enough for the tool to

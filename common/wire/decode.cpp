@@ -65,6 +65,7 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   m.vertices = table.vertices();
   m.triangles = table.triangles();
   m.mesh_hash = pack::from(*table.mesh_hash());
+  m.turns = table.turns();
   return WireFault::none;
 }
 
@@ -77,12 +78,19 @@ WireFault read(const wire::Refuse& table, Refuse& m) {
   return WireFault::none;
 }
 
-/// Reads orientation and buttons of the tool.
+/// Reads orientations and buttons of the tool.
 WireFault read_hold(const wire::Samples& table, Samples& m) {
   MessageValidator sense;
-  if (table.turn()) {
-    m.orientation = pack::from(*table.turn());
-    sense.orientation(*m.orientation);
+  const auto take = [&](const wire::Turn& turn, ToolSample& sample) {
+    sense.turn(turn);
+    sample.orientation = pack::from(turn);
+  };
+  if (table.turn() && m.samples.empty()) return WireFault::malformed;
+  if (table.turn()) take(*table.turn(), m.samples.back());
+  if (const auto* turns = table.turns()) {
+    if (!table.turn() || turns->size() + 1 != m.samples.size() || m.samples.size() > std::size_t{kMaxTurnsPerDatagram})
+      return WireFault::malformed;
+    for (flatbuffers::uoffset_t i = 0; i < turns->size(); ++i) take(*turns->Get(i), m.samples[i]);
   }
   if (!table.buttons()) return sense.fault();
   if (table.buttons()->size() > std::size_t{kMaxButtonChanges}) return WireFault::malformed;
@@ -97,8 +105,7 @@ WireFault read_hold(const wire::Samples& table, Samples& m) {
 
 WireFault read(const wire::Samples& table, Samples& m) {
   m.playing = table.playing();
-  if (const auto fault = read_hold(table, m); fault != WireFault::none) return fault;
-  if (!table.samples()) return WireFault::none;
+  if (!table.samples()) return read_hold(table, m);
   const auto count = table.samples()->size();
   if (!table.base() || count < 1 || count > std::size_t{kMaxSamplesPerDatagram}) return WireFault::malformed;
   MessageValidator sense;
@@ -112,7 +119,7 @@ WireFault read(const wire::Samples& table, Samples& m) {
     sense.position(read.position);
     m.samples.push_back(read);
   }
-  return sense.fault();
+  return sense.ok() ? read_hold(table, m) : sense.fault();
 }
 
 WireFault read(const wire::Patch& table, PatchMessage& m) { return read_patch(table, m.patch); }
@@ -275,6 +282,12 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
     view.in_use.limit = Micros{station->patch_limit()};
     m.stations.push_back(std::move(view));
   }
+  if (!table.tool()) return sense.fault();
+  if (table.tool()->size() < 1 || table.tool()->size() > kMaxToolSpheres) return WireFault::malformed;
+  for (const wire::Sphere* sphere : *table.tool()) {
+    sense.sphere(*sphere);
+    m.tool.push_back(pack::from(*sphere));
+  }
   return sense.fault();
 }
 
@@ -295,8 +308,8 @@ WireFault read(const wire::Tools& table, Tools& m) {
     sense.position(view.position);
     sense.force(view.force);
     if (tool->turn()) {
+      sense.turn(*tool->turn());
       view.orientation = pack::from(*tool->turn());
-      sense.orientation(*view.orientation);
     }
     view.buttons = tool->buttons();
     sense.name(view_of(tool->guides()), 0);

@@ -49,7 +49,7 @@ class BodyWriter {
     const auto hash = pack::Packer::wide(m.mesh_hash);
     return done(wire::Payload::Welcome,
                 wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
-                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station));
+                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station, m.turns));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest request that it may have to answer.
@@ -60,17 +60,17 @@ class BodyWriter {
     packer_.require(m.samples.size() <= std::size_t{kMaxSamplesPerDatagram});
     packer_.require(m.buttons.size() <= std::size_t{kMaxButtonChanges});
     if (!packer_.ok()) return {};
-    const auto turn = m.orientation ? packer_.turn(*m.orientation) : wire::Turn();
-    const wire::Turn* const turned = m.orientation ? &turn : nullptr;
     const auto buttons = button_changes(m.buttons);
-    if (m.samples.empty())
-      return done(wire::Payload::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, turned, buttons));
+    if (m.samples.empty()) return done(wire::Payload::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, nullptr, buttons));
+    const Orientation& last = m.samples.back().orientation;
+    const auto turn = last ? packer_.turn(*last) : wire::Turn();
+    const auto turns = turns_before_last(m.samples);
     std::array<wire::Sample, kMaxSamplesPerDatagram> packed;
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
     const auto base = packer_.time(m.samples[0].t);
     const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
-    return done(wire::Payload::Samples, wire::CreateSamples(builder_, &base, samples, m.playing, turned, buttons));
+    return done(wire::Payload::Samples, wire::CreateSamples(builder_, &base, samples, m.playing, last ? &turn : nullptr, buttons, turns));
   }
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Payload::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
@@ -158,9 +158,10 @@ class BodyWriter {
                                   packer_.duration(s.in_use.cost), packer_.duration(s.in_use.limit));
     }
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
+    const auto spheres = spheres_of(m.tool);
     return done(wire::Payload::RoomView,
                 wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
-                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved));
+                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved, spheres));
   }
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);
@@ -182,6 +183,23 @@ class BodyWriter {
   }
 
  private:
+  Offset<flatbuffers::Vector<const wire::Sphere*>> spheres_of(const ToolShape& tool) {
+    packer_.require(tool.size() <= kMaxToolSpheres);
+    if (tool.empty() || !packer_.ok()) return {};
+    std::array<wire::Sphere, kMaxToolSpheres> packed;
+    for (std::size_t i = 0; i < tool.size(); ++i) packed[i] = packer_.sphere(tool[i]);
+    return builder_.CreateVectorOfStructs(packed.data(), tool.size());
+  }
+  /// None unless every sample has an orientation.
+  Offset<flatbuffers::Vector<const wire::Turn*>> turns_before_last(const std::vector<ToolSample>& samples) {
+    const auto turns = [](const ToolSample& sample) { return sample.orientation.has_value(); };
+    if (samples.size() < 2 || !std::all_of(samples.begin(), samples.end(), turns)) return {};
+    packer_.require(samples.size() <= std::size_t{kMaxTurnsPerDatagram});
+    if (!packer_.ok()) return {};
+    std::array<wire::Turn, kMaxTurnsPerDatagram> packed;
+    for (std::size_t i = 0; i + 1 < samples.size(); ++i) packed[i] = packer_.turn(*samples[i].orientation);
+    return builder_.CreateVectorOfStructs(packed.data(), samples.size() - 1);
+  }
   Offset<flatbuffers::Vector<const wire::Buttons*>> button_changes(const std::vector<ButtonChange>& changes) {
     if (changes.empty()) return {};
     std::array<wire::Buttons, kMaxButtonChanges> packed;

@@ -52,6 +52,7 @@ struct Welcome {
   std::uint64_t mesh_hash = 0;
   double deadband = 0;       ///< patches that would change the force by a smaller share are not sent, 0 = all are
   std::string station = {};  ///< name of the station in the room
+  bool turns = false;        ///< true: each sample needs its orientation, as the tool has a body
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -72,11 +73,11 @@ struct Refuse {
 
 inline constexpr int kMaxButtonChanges = 4;  ///< changes of a tool's buttons in one datagram
 
-/// Client -> server: the newest tool samples (client clock, ascending), repeating those of the last datagrams.
+/// Client -> server: the newest tool samples (client clock, ascending), repeating those of the last datagrams. The last of them
+/// has the tool's orientation, if the device has one, or all of them have, at most kMaxTurnsPerDatagram then.
 struct Samples {
   std::vector<ToolSample> samples;
   std::uint32_t playing = 0;     ///< seq of the patch that is played with all its terms; 0 = none, or the server has no deadband
-  Orientation orientation = {};  ///< at the last sample
   std::vector<ButtonChange> buttons = {};  ///< the newest changes, ascending, at most kMaxButtonChanges; client's clock
 };
 
@@ -205,6 +206,7 @@ struct RoomView {
   std::vector<StationView> stations;
   bool asleep = false;   ///< true: the body rests and is not stepped
   bool starved = false;  ///< true: other load on the server's machine leaves the frames too little of a core
+  ToolShape tool = {};   ///< body of the tools; empty: points
 };
 
 /// Client -> server: reset the body to rest. A request with another count than the server's refers to an earlier reset and is

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 #include "common/base/limits.hpp"
 #include "common/base/tool_pose.hpp"
+#include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
 #include "common/wire/body_mesh.hpp"
 #include "wire_generated.h"
@@ -21,6 +23,18 @@ inline constexpr int kWeightMax = 65535;
 inline constexpr float kCouplingStep = 1.0F / kShortMax;                        ///< step of D_ij / sqrt(D_ii D_jj)
 inline constexpr float kVelocityStep = 0x1p-14F, kAccelerationStep = 0x1p-10F;  ///< for other tools [m/s], [m/s^2]
 inline constexpr double kSmallestStep = 1e-9;  ///< for 16-bit numbers; keeps the step exact when the numbers are rounding noise
+
+/// Largest angle of a Turn. The quaternion q of an angle just above pi is kept, not replaced by -q: what is encoded twice is the
+/// same.
+inline constexpr double kTurnMostRad = std::numbers::pi + 0.002, kTurnStepRad = kTurnMostRad / kShortMax;
+inline constexpr double kTurnRoundingRad = 2 * kTurnStepRad;  ///< tolerance for the length of a received rotation vector
+
+/// Returns the rotation vector of q, or of -q where that is shorter than pi by more than kTurnMostRad exceeds it.
+inline Vec3 rotation_vector(const Rotation& q) {
+  const double sign = q.w() < -0.5 * (kTurnMostRad - std::numbers::pi) ? -1 : 1, length = q.vec().norm();
+  if (!(length > 0)) return Vec3::Zero();
+  return (sign * 2 * std::atan2(length, sign * q.w()) / length) * q.vec();
+}
 
 /// Converts numbers, and remembers whether all could be encoded.
 class Packer {
@@ -43,9 +57,17 @@ class Packer {
             number(m(2, 2))};
   }
   wire::Point point(const Vec3& v) { return {coordinate(v.x()), coordinate(v.y()), coordinate(v.z())}; }
-  wire::Turn turn(const Eigen::Quaterniond& q) {
+  wire::Turn turn(const Rotation& q) {
     require(is_unit(q));
-    return {turn_steps(q.x()), turn_steps(q.y()), turn_steps(q.z()), turn_steps(q.w())};
+    const Vec3 v = ok_ ? rotation_vector(q) : Vec3(Vec3::Zero());
+    return {turn_steps(v.x()), turn_steps(v.y()), turn_steps(v.z())};
+  }
+  wire::Sphere sphere(const ToolSphere& s) {
+    require(s.centre.cwiseAbs().maxCoeff() <= kMaxToolReachM + kToolStepM && s.radius_m >= 0 &&
+            s.radius_m <= kMaxToolReachM + kToolStepM);
+    const auto steps = [&](double metres) { return ok_ ? std::lround(metres / kToolStepM) : 0; };
+    return {static_cast<std::int16_t>(steps(s.centre.x())), static_cast<std::int16_t>(steps(s.centre.y())),
+            static_cast<std::int16_t>(steps(s.centre.z())), static_cast<std::uint16_t>(steps(s.radius_m))};
   }
   /// Converts a mesh's rest position to steps in 24 bits.
   std::uint32_t rest(double metres) {
@@ -68,9 +90,7 @@ class Packer {
     return ok_ ? static_cast<std::int32_t>(std::lround(metres / kPositionStepM)) : 0;
   }
 
-  std::int16_t turn_steps(double share) const {
-    return ok_ ? static_cast<std::int16_t>(std::lround(share * kShortMax)) : std::int16_t{0};
-  }
+  static std::int16_t turn_steps(double angle) { return static_cast<std::int16_t>(std::lround(angle / kTurnStepRad)); }
 
   bool ok_ = true;
 };
@@ -87,13 +107,16 @@ inline wire::Steps to_steps(const Vec3& v, float step) {
 }
 inline Vec3 from(const wire::Steps& s, float step) { return Vec3(s.x(), s.y(), s.z()) * static_cast<double>(step); }
 
+inline ToolSphere from(const wire::Sphere& s) { return {kToolStepM * Vec3(s.x(), s.y(), s.z()), kToolStepM * s.radius()}; }
 inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} << 32 | w.low(); }
 inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::int64_t>(from(w))}; }
 inline Vec3 from(const wire::Vec& v) { return {v.x(), v.y(), v.z()}; }
 inline Vec3 from(const wire::Point& p) { return Vec3(p.x(), p.y(), p.z()) * kPositionStepM; }
-/// The result has unit length within the rounding: normalising it here would change its encoding.
-inline Eigen::Quaterniond from(const wire::Turn& t) {
-  return Eigen::Quaterniond(Eigen::Vector4d(t.x(), t.y(), t.z(), t.w()) / kShortMax);
+inline Vec3 vector_of(const wire::Turn& t) { return kTurnStepRad * Vec3(t.x(), t.y(), t.z()); }
+inline Rotation from(const wire::Turn& t) {
+  const Vec3 v = vector_of(t);
+  const double angle = v.norm();
+  return angle > 0 ? Rotation(Eigen::AngleAxisd(angle, v / angle)) : Rotation(Rotation::Identity());
 }
 inline Mat3 from(const wire::Sym& s) {
   Mat3 m;

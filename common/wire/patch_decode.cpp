@@ -118,13 +118,13 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
 WireFault read_others(const wire::Patch& table, Patch& patch) {
   const int count = table.others() ? static_cast<int>(table.others()->size()) : 0, r = patch.modes();
   Walk<std::int16_t> rows(table.other_rows());
-  if (count > (patch.contact == ContactKind::touch ? kMaxOtherTools : 0) || rows.left() != 3 * r * count)
+  if (count > (patch.contact == ContactKind::touch ? kMaxOtherContacts : 0) || rows.left() != 3 * r * count)
     return WireFault::malformed;
   patch.others.count = count;
   for (int o = 0; o < count; ++o) {
-    const wire::OtherTool& sent = *table.others()->Get(static_cast<flatbuffers::uoffset_t>(o));
+    const wire::OtherContact& sent = *table.others()->Get(static_cast<flatbuffers::uoffset_t>(o));
     if (sent.touching() > 1) return WireFault::out_of_range;
-    OtherTool& other = patch.others.of[static_cast<std::size_t>(o)];
+    OtherContact& other = patch.others.of[static_cast<std::size_t>(o)];
     other.touching = sent.touching() == 1;
     other.gap = pack::from(sent.gap());
     other.c_static = pack::from(sent.c_static());
@@ -138,6 +138,25 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
     }
   }
   return WireFault::none;
+}
+
+WireFault read_tool_body(const wire::Patch& table, Patch& patch) {
+  const auto spheres = table.spheres() ? static_cast<int>(table.spheres()->size()) : 0;
+  const bool has_contacts = patch.contact == ContactKind::touch && !patch.constant;
+  if (!table.body()) return spheres == 0 ? WireFault::none : WireFault::malformed;
+  const wire::ToolBody& body = *table.body();
+  if (body.own() > patch.others.count || spheres != (has_contacts ? 1 + body.own() : 0)) return WireFault::malformed;
+  MessageValidator sense;
+  sense.turn(body.turn());
+  patch.turn = pack::from(body.turn());
+  patch.torque = pack::from(body.torque());
+  patch.others.own = body.own();
+  for (int j = 0; j < spheres; ++j) {
+    const wire::Sphere& sphere = *table.spheres()->Get(static_cast<flatbuffers::uoffset_t>(j));
+    sense.sphere(sphere);
+    (j == 0 ? patch.sphere : patch.others.of[static_cast<std::size_t>(j - 1)].sphere) = pack::from(sphere);
+  }
+  return sense.fault();
 }
 
 WireFault read_load(const wire::Patch& table, Patch& patch) {
@@ -171,12 +190,13 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
   if (!patch.constant) {
     WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
     if (fault == WireFault::none) fault = read_others(table, patch);
+    if (fault == WireFault::none) fault = read_tool_body(table, patch);
     if (fault == WireFault::none) fault = read_load(table, patch);
     return fault == WireFault::none ? read_fading(table, patch) : fault;
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
                     !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows();
-  return bare ? WireFault::none : WireFault::malformed;
+  return bare ? read_tool_body(table, patch) : WireFault::malformed;
 }
 
 }  // namespace

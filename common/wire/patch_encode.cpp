@@ -24,7 +24,7 @@ using Normals = Bounded<std::uint16_t, 2 * static_cast<std::size_t>(kMaxPortVert
 using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(coupling_shorts(kMaxModes) +
                                                               surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
 
-using OtherRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxOtherTools)>;
+using OtherRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxOtherContacts)>;
 
 bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
@@ -38,8 +38,9 @@ bool has_modes_in_order(const Patch& patch) {
   if (surface.triangle_count < 0 || surface.triangle_count > kMaxPortTriangles) return false;
   for (int i = 0; i < surface.vertex_count; ++i)
     if (surface.vertices[static_cast<std::size_t>(i)].rows.cols() != r) return false;
-  if (patch.others.count < 0 || patch.others.count > kMaxOtherTools) return false;
-  return std::ranges::all_of(patch.others.tools(), [&](const OtherTool& other) { return other.rows.cols() == r; });
+  if (patch.others.count < 0 || patch.others.count > kMaxOtherContacts) return false;
+  if (patch.others.own < 0 || patch.others.own > (patch.turn ? patch.others.count : 0)) return false;
+  return std::ranges::all_of(patch.others.tools(), [&](const OtherContact& other) { return other.rows.cols() == r; });
 }
 
 /// Checked before numbers are scaled to 16 bits: their maximum is meaningless when one is not finite.
@@ -47,7 +48,7 @@ bool has_finite_surface(const Patch& patch) {
   if (!patch.q_rate.allFinite() || !patch.point.weight.allFinite()) return false;
   for (const auto& vertex : std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count)))
     if (!vertex.position.allFinite() || !vertex.rows.allFinite() || !vertex.normal.allFinite()) return false;
-  return std::ranges::all_of(patch.others.tools(), [](const OtherTool& other) {
+  return std::ranges::all_of(patch.others.tools(), [](const OtherContact& other) {
     return other.rows.allFinite() && other.normal.allFinite() && other.velocity.allFinite() && other.acceleration.allFinite();
   });
 }
@@ -101,7 +102,7 @@ float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::P
   for (int m = 0; m < r; ++m) {
     double largest = 0;
     for (const auto& vertex : vertices) largest = std::max(largest, vertex.rows.col(m).cwiseAbs().maxCoeff());
-    for (const OtherTool& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
+    for (const OtherContact& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
     floats.add(row_step[static_cast<std::size_t>(m)] = pack::short_step(packer.number(largest)));
   }
   const float rate_step = r > 0 ? pack::short_step(packer.number(patch.q_rate.cwiseAbs().maxCoeff())) : 0.0f;
@@ -118,16 +119,16 @@ float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::P
       for (int k = 0; k < 3; ++k) shorts.add(pack::to_short(vertex.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   for (int t = 0; t < patch.surface.triangle_count; ++t)
     shorts.add(pack_triangle(packer, patch.surface.triangles[static_cast<std::size_t>(t)]));
-  for (const OtherTool& other : patch.others.tools())
+  for (const OtherContact& other : patch.others.tools())
     for (int m = 0; m < r; ++m)
       for (int k = 0; k < 3; ++k) other_rows.add(pack::to_short(other.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   return step;
 }
 
-std::array<wire::OtherTool, kMaxOtherTools> other_tools(pack::Packer& packer, const PatchOthers& others) {
-  std::array<wire::OtherTool, kMaxOtherTools> sent{};
+std::array<wire::OtherContact, kMaxOtherContacts> other_tools(pack::Packer& packer, const PatchOthers& others) {
+  std::array<wire::OtherContact, kMaxOtherContacts> sent{};
   for (std::size_t k = 0; k < others.tools().size(); ++k) {
-    const OtherTool& other = others.of[k];
+    const OtherContact& other = others.of[k];
     const auto normal = pack_normal(other.normal);
     sent[k] = {packer.vec(other.gap),
                packer.sym(other.c_static),
@@ -138,6 +139,20 @@ std::array<wire::OtherTool, kMaxOtherTools> other_tools(pack::Packer& packer, co
                static_cast<std::uint16_t>(other.touching ? 1 : 0)};
   }
   return sent;
+}
+
+using Spheres = Bounded<wire::Sphere, kMaxToolSpheres>;
+Spheres spheres_of(pack::Packer& packer, const Patch& patch) {
+  Spheres spheres;
+  if (!patch.turn || patch.constant || patch.contact != ContactKind::touch) return spheres;
+  spheres.add(packer.sphere(patch.sphere));
+  for (int j = 0; j < patch.others.own; ++j) spheres.add(packer.sphere(patch.others.of[static_cast<std::size_t>(j)].sphere));
+  return spheres;
+}
+
+wire::ToolBody body_of(pack::Packer& packer, const Patch& patch) {
+  if (!patch.turn) return {};
+  return {packer.vec(patch.torque), packer.turn(*patch.turn), static_cast<std::uint16_t>(patch.constant ? 0 : patch.others.own)};
 }
 
 std::uint16_t to_weight(double weight) {
@@ -244,9 +259,13 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto tools = other_tools(packer, patch.others);
   const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
+  const auto spheres = spheres_of(packer, patch);
+  const wire::ToolBody body = body_of(packer, patch);
+  const auto spheres_at = spheres.size() > 0 ? builder.CreateVectorOfStructs(spheres.data(), spheres.size()) : 0;
   return wire::CreatePatch(
       builder, &head, floats_at, shorts_at, surface ? &touch : nullptr, !patch.constant && !is_touch ? &attach : nullptr, load_at,
-      load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at, others_at, other_rows_at);
+      load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at, others_at, other_rows_at,
+      patch.turn ? &body : nullptr, spheres_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -261,22 +280,24 @@ void leave_room_for_rounding(Patch& patch) {
 
 namespace {
 
-/// Size of load_rate, other tools and branches, with alignment.
-int extra_bytes(int modes, bool loaded, int others, int branches, int variables) {
+/// Size of load_rate, other contacts and branches, with alignment.
+int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
-  constexpr int kOthersOverheadBytes = 28, kOtherToolBytes = 56;
+  constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
+  const int others = contacts.others;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
-         (others > 0 ? kOthersOverheadBytes + others * (kOtherToolBytes + 6 * modes) : 0) +
+         (others > 0 ? kOthersOverheadBytes + others * (kOtherContactBytes + 6 * modes) : 0) +
+         (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
          (branches > 0 ? kBranchesOverheadBytes + branches * (kBranchBytes + 2 * variables) : 0);
 }
 
 }  // namespace
 
-int max_port_vertices(int modes, int triangles, bool loaded, int branches, int others) {
+int max_port_vertices(int modes, int triangles, bool loaded, int branches, PatchContacts contacts) {
   constexpr int kOverheadBytes = 224;  // size of a touch patch without the contents of its vectors, with alignment
   constexpr int kNormalBytes = 4;
   const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes -
-                         extra_bytes(modes, loaded, others, branches, modes) - 4 * touch_floats(modes) -
+                         extra_bytes(modes, loaded, contacts, branches, modes) - 4 * touch_floats(modes) -
                          2 * coupling_shorts(modes);
   int vertices = 0;
   const auto bytes_of = [&](int n) {
@@ -291,7 +312,7 @@ int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
   int modes = kMaxModes;
   if (contact == ContactKind::attach) {
     const auto bytes_of = [&](int r) {
-      return kAttachBytes + 4 * attach_floats(r) + 2 * coupling_shorts(r) + extra_bytes(r, true, 0, branches, r + 3);
+      return kAttachBytes + 4 * attach_floats(r) + 2 * coupling_shorts(r) + extra_bytes(r, true, {}, branches, r + 3);
     };
     while (bytes_of(modes) > static_cast<int>(kMaxDatagramBytes)) --modes;
     return modes;

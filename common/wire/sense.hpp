@@ -27,7 +27,12 @@ class MessageValidator {
   }
   void position(const Vec3& v) { vec(v, kWorldExtentM); }
   void force(const Vec3& v) { vec(v, kMaxForceN); }
-  void orientation(const Eigen::Quaterniond& q) { that(is_unit(q)); }
+  void turn(const wire::Turn& t) { that(pack::vector_of(t).norm() <= pack::kTurnMostRad + pack::kTurnRoundingRad); }
+  void sphere(const wire::Sphere& s) {
+    const ToolSphere sphere = pack::from(s);
+    vec(sphere.centre, kMaxToolReachM + kToolStepM);
+    number(sphere.radius_m, 0, kMaxToolReachM + kToolStepM);
+  }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
   /// Text appears in logs, files and on screens: bounded, UTF-8, and completely visible.
   void text(std::string_view s, std::size_t least, std::size_t most) {

@@ -3,6 +3,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "server/scene/materials.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -78,6 +79,11 @@ void describe_flags(CLI::App& app, ServerFlags& o) {
   };
   app.add_flag_callback("--list-materials", list_materials,
                         "list the materials that a scene may name, with their sources, and end");
+  const auto list_tools = [] {
+    fmt::print("{}", list_of_tools());
+    throw CLI::Success();
+  };
+  app.add_flag_callback("--list-tools", list_tools, "list the tools that a scene may name, and end");
 }
 
 void check(const ServerFlags& o) {

@@ -20,6 +20,7 @@ struct RoomInfo {
   std::vector<std::uint32_t> node_of;  ///< node of each vertex of the mesh
   std::uint64_t mesh_hash = 0;
   std::optional<Task> task = {};
+  ToolShape tool = {};
 };
 
 /// The mesh holds the nodes that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with

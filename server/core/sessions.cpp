@@ -35,7 +35,8 @@ Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
                static_cast<std::uint32_t>(facts.mesh.triangles.size()),
                facts.mesh_hash,
                options.deadband,
-               {}},
+               {},
+               !facts.tool.empty()},
       draw_(options.draw),
       room_(options.room),
       rooms_(options.rooms) {

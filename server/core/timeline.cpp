@@ -5,12 +5,12 @@
 
 namespace palpate {
 
-bool Timeline::add(Micros t_station, Micros t_server, const Vec3& position) {
+bool Timeline::add(const ToolSample& sample, Micros t_server) {
   if (!empty()) {
-    if (t_station < entries_.newest().t_station + kLeastApart) return false;
+    if (sample.t < entries_.newest().t_station + kLeastApart) return false;
     t_server = std::max(t_server, newest() + Micros{1});
   }
-  entries_.add({t_server, t_station, position});
+  entries_.add({t_server, sample.t, sample.position, sample.orientation});
   return true;
 }
 
@@ -31,7 +31,7 @@ std::vector<ToolSample> Timeline::between(Micros after, Micros target) const {
   std::vector<ToolSample> samples;
   const std::size_t next = entries_.first_after(after);
   for (std::size_t i = next > 0 ? next - 1 : 0; i < entries_.size(); ++i) {
-    samples.push_back({entries_[i].t, entries_[i].position});
+    samples.push_back({entries_[i].t, entries_[i].position, entries_[i].orientation});
     if (entries_[i].t >= target) break;
   }
   return samples;

@@ -18,9 +18,9 @@ class Timeline {
   /// recordings and frames have to hold all that is kept.
   static constexpr Micros kLeastApart{250};
 
-  /// Appends a sample; t_server is raised if needed to stay ascending. Returns false if the sample is not newer than the last (a
+  /// Appends a sample of the station's clock; t_server is raised if needed to stay ascending. Returns false if the sample is not newer than the last (a
   /// repeat or a late datagram): the gap of a lost datagram stays open, and the tool moves linearly across it.
-  bool add(Micros t_station, Micros t_server, const Vec3& position);
+  bool add(const ToolSample& sample, Micros t_server);
   /// Drops the samples later than `t_station`, after the station's clock turned out to be wrong.
   void forget_after(Micros t_station);
   /// Drops the samples that between() does not return from `t_server` on.
@@ -41,6 +41,7 @@ class Timeline {
   struct Entry {
     Micros t{}, t_station{};  // t: on the server's clock
     Vec3 position = Vec3::Zero();
+    Orientation orientation;
   };
   SampleHistory<Entry> entries_{kMost};
 };

@@ -15,7 +15,7 @@ bool ToolInput::add(const Samples& samples, const ClockSync& clock, Micros body_
       ++counts_.samples_refused;
       continue;
     }
-    if (!timeline_.add(sample.t, t, sample.position)) continue;
+    if (!timeline_.add(sample, t)) continue;
     ++counts_.samples;
     if (t <= body_time) ++counts_.samples_late;
     heard_ = now;

@@ -31,7 +31,7 @@ class ToolInput {
   template <class OnButtons>
   void take(const Samples& samples, const ClockSync& clock, Micros body_time, Micros now, const OnButtons& on_buttons) {
     if (!add(samples, clock, body_time, now)) return;
-    orientation_ = samples.orientation;
+    orientation_ = samples.samples.back().orientation;
     for (const ButtonChange& change : samples.buttons) {  // changes are repeated, and may arrive out of order
       if (change.t <= buttons_.t) continue;
       const bool changed = change.pressed != buttons_.pressed;

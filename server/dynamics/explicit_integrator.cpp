@@ -323,7 +323,8 @@ void ExplicitIntegrator::close_contacts(std::vector<ToolPort>& ports, double end
     swept.clear();
     for (std::size_t i = 0; i < touching_.size(); ++i) {
       const ExplicitContact& contact = contacts_[touching_[i]];
-      swept.push_back({touching_[i], contact.at_rest + contact.gather(body_.u), contact.normal, contact.tool});
+      swept.push_back({touching_[i], contact.at_rest + contact.gather(body_.u), contact.normal,
+                       ports[touching_[i]].lowest(contact.tool, contact.normal)});
       ports[touching_[i]].lambda = before[i];
     }
     sweep_contacts(coupling_, swept, ports);

@@ -15,7 +15,7 @@ bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const Body
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || ports[k].touching || skin_->empty()) continue;
     if (x.empty()) skin_->place(state.x, x);
-    const Onset onset = look_for_contact(skin_->view(), x, tool_points[k], ports[k].clearance);
+    const Onset onset = look_for_contact(skin_->view(), x, tool_points[k], ports[k].sphere.radius_m, ports[k].clearance);
     ports[k].point = onset.nearest.point;
     ports[k].lambda.setZero();
     ports[k].touching = onset.touches;
@@ -69,7 +69,7 @@ void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_p
   std::vector<SweptContact> contacts;
   for (const std::size_t k : touching) {
     const Vec3 end = skin_->position(ports[k].point, responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv);
-    contacts.push_back({k, end, normals[k], tool_points[k]});
+    contacts.push_back({k, end, normals[k], ports[k].lowest(tool_points[k], normals[k])});
   }
   sweep_contacts(coupling_, contacts, ports);
   for (const SweptContact& contact : contacts) {

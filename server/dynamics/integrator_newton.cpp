@@ -46,10 +46,11 @@ void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
     if (port.kind != ContactKind::touch || !port.touching) continue;
-    const Vec3 gap = tool_points[k] - skin_->position(port.point, responses_[k].b, state.x);
+    const Vec3 normal = normal_at(skin_->view(), skin_positions_, port.point);
+    const Vec3 gap = port.lowest(tool_points[k], normal) - skin_->position(port.point, responses_[k].b, state.x);
     if (is_lost(port, gap.norm(), spacing_m_)) port.lambda.setZero();
     port.touching = port.lambda.squaredNorm() > 0;
-    if (!port.touching) port.clearance = clearance_of(port.point, gap, normal_at(skin_->view(), skin_positions_, port.point));
+    if (!port.touching) port.clearance = clearance_of(port.point, gap, normal);
     if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
   }
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/thread_pool.hpp"
+#include "common/base/tool_shape.hpp"
 #include "common/patch/contact_law.hpp"
 #include "common/patch/onset.hpp"
 #include "server/body/dynamics.hpp"
@@ -15,10 +16,15 @@ struct ToolPort {
   ContactKind kind = ContactKind::touch;
   std::uint32_t node = 0;        ///< attach
   ContactParameters parameters;  ///< touch
+  std::uint32_t tool = 0;        ///< of which this is a part; its own number where tools are points
+  bool body = false;             ///< true: one sphere of the tool's body (tool_shape.hpp), at whose centre the tool is
+  ToolSphere sphere;             ///< touch
   bool touching = false;         ///< touch
   SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
   Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
   Clearance clearance;           ///< touch: while it does not
+  /// Returns the lowest point of the sphere around `centre` over a surface with this normal.
+  Vec3 lowest(const Vec3& centre, const Vec3& normal) const { return centre - sphere.radius_m * normal; }
 };
 
 struct ToolAt {

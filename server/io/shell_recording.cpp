@@ -27,6 +27,7 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.scene_file = named.file;
   head.surface = recorded_surface(named.scene);
   head.task = named.scene.task;
+  head.tool = named.scene.tool.shape;
   return head;
 }
 

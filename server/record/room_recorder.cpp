@@ -56,6 +56,7 @@ void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
     for (const ToolSample& sample : station.samples) {
       if (sample.t <= newest) continue;
       path.samples.push_back(sample);
+      if (sample.orientation) writer_.add(RecordedTurn{sample.t, station.id, *sample.orientation});
       newest = sample.t;
     }
     writer_.add(path);
@@ -112,7 +113,6 @@ void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, 
                             result.cut_steps, result.newton_iterations, result.failed});
   for (const StationFrame& frame : result.stations) {
     writer_.add(touch_of(frame, result.stamp));
-    if (const Orientation held = core.orientation(frame.id)) writer_.add(RecordedTurn{result.stamp, frame.id, *held});
   }
   add_checkpoint(result, core, absent);
   if (wants_shape_ && !result.positions.empty()) writer_.add_shape(result.stamp, result.positions);

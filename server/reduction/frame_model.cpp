@@ -89,10 +89,15 @@ bool FrameModel::will_touch(std::size_t k, Micros horizon) {
   const ToolPort& port = ports()[k];
   if (port.kind == ContactKind::attach) return false;
   if (port.touching || !wanted_[k]) return port.touching;
-  const Vec3 above = tools_[k].position - position_at(skin_->view(), positions(), port.point);
+  const Vec3 above = gap(k);
   const HandMotion way = path(k, horizon);
   const double t = seconds(horizon);
   return normal(k).dot(above + t * way.velocity + 0.5 * t * t * way.acceleration) < 0;
+}
+
+Vec3 FrameModel::gap(std::size_t k) {
+  const ToolPort& port = ports()[k];
+  return tools_[k].position - port.sphere.radius_m * normal(k) - position_at(skin_->view(), positions(), port.point);
 }
 
 StaticIndentations& FrameModel::indentations(std::size_t k) {

@@ -88,6 +88,12 @@ class FrameModel {
   HandMotion path(std::size_t k, Micros horizon) const { return expected_path(hands_.at(k), seconds(horizon)); }
   /// Returns the shift for a patch with this horizon in this frame.
   double shift(Micros horizon) const;
+  /// Returns true if both ports are spheres of one tool.
+  bool is_same_tool(std::size_t a, std::size_t b) const { return ports()[a].tool == ports()[b].tool && has_body(a); }
+  /// Returns true if the tool of the port is not a point.
+  bool has_body(std::size_t k) const { return ports()[k].body; }
+  /// Returns the vector from the point of a port to the tool there, the lowest point of its sphere [m].
+  Vec3 gap(std::size_t k);
   /// Returns the positions of the skin's vertices.
   const std::vector<double>& positions();
   /// Returns the outward normal of the surface at a port.

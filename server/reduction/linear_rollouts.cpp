@@ -11,20 +11,19 @@ namespace {
 
 constexpr int kRolloutSteps = 30;   // per tau; the error of the trapezoidal rule is then below that of the candidates
 constexpr double kPushedM = 0.007;  // a typical press of a hand; 3 to 15 mm give the same within a decibel
-constexpr Eigen::Index kPort = 3;   // pushes along each axis
-constexpr Eigen::Index kFirstStep = 1, kFirstRamp = kFirstStep + kPort, kFirstSlide = kFirstRamp + kPort;
+constexpr Eigen::Index kFirstStep = 1;  // after the body's own motion
 
 /// Trajectories side by side, one per column, under constant or growing loads.
 class Trajectories {
  public:
   Trajectories(const Matrix& k, const Matrix& d, const RolloutLoads& loads, double tau_s)
       : k_(k), d_(d), step_s_(tau_s / kRolloutSteps) {
-    const auto c = k.rows(), n = kFirstSlide + loads.slides.cols();
+    const auto c = k.rows(), pushes = loads.port.cols(), n = kFirstStep + 2 * pushes + loads.slides.cols();
     constant_ = ramp_ = q_ = v_ = Matrix::Zero(c, n);
     v_.col(0) = loads.velocity;
     constant_.col(0) = loads.own + d * loads.velocity;
-    constant_.middleCols(kFirstStep, kPort) = loads.port;
-    ramp_.middleCols(kFirstRamp, kPort) = loads.port;
+    constant_.middleCols(kFirstStep, pushes) = loads.port;
+    ramp_.middleCols(kFirstStep + pushes, pushes) = loads.port;
     ramp_.rightCols(loads.slides.cols()) = loads.slides;
     factor_.compute(Matrix::Identity(c, c) + 0.5 * step_s_ * d + 0.25 * step_s_ * step_s_ * k);
     a_ = constant_ - d * v_;
@@ -49,10 +48,11 @@ class Trajectories {
 /// Returns the scale of each trajectory: pushes are scaled to kPushedM, the others are kept.
 Vector scales(const Matrix& end, const RolloutLoads& loads) {
   Vector scale = Vector::Ones(end.cols());
-  for (Eigen::Index axis = 0; axis < kPort; ++axis)
-    for (const Eigen::Index first : {kFirstStep, kFirstRamp}) {
-      const double moved_m = loads.port.col(axis).dot(end.col(first + axis));
-      scale[first + axis] = moved_m > 0 ? kPushedM / moved_m : 0;  // 0 if the body is fixed
+  const auto pushes = loads.port.cols();
+  for (Eigen::Index push = 0; push < pushes; ++push)
+    for (const Eigen::Index first : {kFirstStep, kFirstStep + pushes}) {
+      const double moved_m = loads.port.col(push).dot(end.col(first + push));
+      scale[first + push] = moved_m > 0 ? kPushedM / moved_m : 0;  // 0 if the body is fixed
     }
   return scale;
 }

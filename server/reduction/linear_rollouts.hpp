@@ -6,8 +6,9 @@
 //
 //     q'' + D q' + K q = f(t),    D = W^T D W,  K = W^T K W
 //
-//     own motion   f = W^T (F + B lambda) + D q'(0),  q'(0) = W^T M v*     the body moves on, the tool keeps its force
-//     step, ramp   f = a_i W^T B e_i   and   f = a_i W^T B e_i t / tau     pushed along each axis i
+//     own motion   f = W^T (F + sum B lambda) + D q'(0),  q'(0) = W^T M v*     the body moves on, the tools keep their forces
+//     step, ramp   f = a_i W^T B e_i   and   f = a_i W^T B e_i t / tau     pushed along each axis i; of a tool with a body also
+//                  along and about each axis by all its contacts together (Wrench of patch_parts.hpp)
 //     slide        f = W^T (B_end lambda_end - B lambda) t / tau           the load of a tool that slides on
 //
 // with a_i such that the port has moved by kPushedM along i at the end. With C the mean of q q^T over all steps and trajectories
@@ -30,8 +31,8 @@ namespace palpate {
 
 /// Loads in the coordinates of the candidates.
 struct RolloutLoads {
-  Matrix port;      ///< W^T B, c x 3
-  Vector own;       ///< W^T (F + B lambda)
+  Matrix port;      ///< W^T B, c x 3, or c x 9 with the six wrenches of a body
+  Vector own;       ///< W^T (F + sum B lambda), over all contacts
   Vector velocity;  ///< W^T M v*
   Matrix slides;    ///< W^T (B_end lambda_end - B lambda), one column per slide; may have none
 };

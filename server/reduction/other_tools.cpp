@@ -33,20 +33,31 @@ Vector load_rate_of_held_nodes(const FrameModel& frame, const Linearisation& at,
 
 }  // namespace
 
-OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t contacts_max) {
+OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t others_max) {
   OtherTools others;
   others.load_rate = load_rate_of_held_nodes(frame, p.at(), which);
-  std::vector<std::pair<double, std::size_t>> found;
-  for (std::size_t k = 0; k < frame.ports().size(); ++k)
-    if (k != which && frame.will_touch(k, horizon)) found.emplace_back(-coupling(p.port(which), p.port(k)), k);
-  std::sort(found.begin(), found.end());
-  for (const auto& [less, k] : found) {
-    if (others.contacts.size() < contacts_max) {
-      others.contacts.push_back({&p.port(k), k});
-    } else if (frame.ports()[k].touching) {
-      if (others.load.size() == 0) others.load = Vector::Zero(p.at().masses().size());
-      scatter(p.port(k).b, frame.ports()[k].lambda, others.load);
+  std::vector<std::pair<double, std::size_t>> own, found;
+  for (std::size_t k = 0; k < frame.ports().size(); ++k) {
+    if (k == which) continue;
+    const ToolPort& port = frame.ports()[k];
+    if (frame.is_same_tool(k, which)) {
+      if (port.touching || frame.is_wanted(k)) own.emplace_back(port.touching ? -port.lambda.norm() : frame.gap(k).norm(), k);
+    } else if (frame.will_touch(k, horizon)) {
+      found.emplace_back(-coupling(p.port(which), p.port(k)), k);
     }
+  }
+  std::sort(own.begin(), own.end());
+  std::sort(found.begin(), found.end());
+  others.own = std::min(own.size(), std::size_t{kMaxOtherContacts});
+  const std::size_t of_others = std::min(others_max, kMaxOtherContacts - others.own);
+  for (std::size_t i = 0; i < others.own; ++i) others.contacts.push_back({&p.port(own[i].second), own[i].second});
+  for (std::size_t i = 0; i < std::min(of_others, found.size()); ++i)
+    others.contacts.push_back({&p.port(found[i].second), found[i].second});
+  for (std::size_t i = of_others; i < found.size(); ++i) {
+    const ToolPort& port = frame.ports()[found[i].second];
+    if (!port.touching) continue;
+    if (others.load.size() == 0) others.load = Vector::Zero(p.at().masses().size());
+    scatter(p.port(found[i].second).b, port.lambda, others.load);
   }
   if (others.load.size() > 0) mask(*p.at().held, others.load);
   return others;

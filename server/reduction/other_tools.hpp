@@ -1,6 +1,6 @@
-// The other tools on the body while the patch of one is in use.
+// The other contacts on the body while the patch of one is in use: those of other tools, and of other spheres of the same tool.
 //
-// The nearest are contacts of the patch (patch.hpp, OtherTool), which the player solves: they do not appear in its K, g or
+// The nearest are contacts of the patch (patch.hpp, OtherContact), which the player solves: they do not appear in its K, g or
 // load_rate. The rest of the tools that touch keep their force: the residual force of the patch is F(x*, v*) + sum B_o lambda_o*.
 // A node that another tool holds (grasp) moves on at its velocity v_o: a growing load -K_o v_o. A scene has one kind of contact,
 // so a grasp's patch meets held nodes only.
@@ -19,13 +19,16 @@ struct OtherTools {
     const Port* port = nullptr;
     std::size_t tool = 0;
   };
-  std::vector<Contact> contacts;  ///< of the patch, the most strongly coupled through the body first
+  std::vector<Contact> contacts;  ///< of the patch: those of the same tool, then of others, the most strongly coupled first
+  std::size_t own = 0;            ///< number of those of the same tool
   Vector load;                    ///< sum B_o lambda_o* of the others that touch; empty when none does
   Vector load_rate;               ///< growing load [N/s]; empty when nothing grows
 };
 
-/// Returns the effect of the tools besides `which` on a patch with this horizon. At most `contacts_max` of those that touch the
-/// surface, or will within the horizon, are contacts. Requires the responses of P.
-OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t contacts_max);
+/// Returns the effect of the ports besides `which` on a patch with this horizon. Contacts are at most kMaxOtherContacts: those of
+/// the same tool that touch or are wanted, and at most `others_max` of those of other tools that touch the surface, or will within
+/// the horizon. Requires the responses of P.
+inline constexpr std::size_t kMaxOtherTools = 3;  ///< with more, less of the surface fits into a datagram
+OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t others_max);
 
 }  // namespace palpate

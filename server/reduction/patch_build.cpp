@@ -36,6 +36,7 @@ BuiltPatch begun(const FrameModel& frame, std::size_t which, const PatchRequest&
   patch.tool_velocity = frame.tool(which).velocity;
   patch.touching = port.kind == ContactKind::attach || port.touching;
   patch.force = patch.touching ? Vec3(-port.lambda) : Vec3::Zero();
+  patch.sphere = port.sphere;
   patch.valid_for = 2 * request.horizon + request.silence;
   patch.load_for = request.horizon;
   patch.trust_radius_m = frame.extent_m();
@@ -73,19 +74,28 @@ int modes_beside(const LinearPort& model) {
   if (model.others.contacts.empty()) return modes;
   // A triangle if terms carry more, else enough for the tool to move about between frames.
   const int least = model.hyper() ? 3 : 6, contacts = static_cast<int>(model.others.contacts.size());
+  const bool body = model.frame.has_body(model.which);
   const int branches = static_cast<int>(model.frame.dynamics().relaxation().branches().size());
-  while (modes > 1 && request.vertices_max(modes, model.others.load_rate.size() > 0, branches, contacts) < least) --modes;
+  while (modes > 1 && request.vertices_max(modes, model.others.load_rate.size() > 0, branches, {contacts, body}) < least) --modes;
   return modes;
 }
 
 /// Loads of a touch in the coordinates of the directions W.
 RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
   const std::vector<Vector> slides = model.body.sliding_loads(model.which);
-  RolloutLoads loads{Matrix(w.cols(), 3), w.transpose() * model.residual, w.transpose() * model.at.free_momentum(),
+  const std::vector<Wrench> together = wrenches(model);
+  RolloutLoads loads{Matrix(w.cols(), 3 + static_cast<Eigen::Index>(together.size())), w.transpose() * model.residual, w.transpose() * model.at.free_momentum(),
                      Matrix(w.cols(), static_cast<Eigen::Index>(slides.size()))};
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     loads.port.col(axis) = w.transpose() * model.port().input[static_cast<std::size_t>(axis)];
-  if (model.tool_port().touching) loads.own += loads.port * model.tool_port().lambda;
+  for (std::size_t k = 0; k < together.size(); ++k)
+    loads.port.col(3 + static_cast<Eigen::Index>(k)) = w.transpose() * together[k].load;
+  if (model.tool_port().touching) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
+  for (const OtherTools::Contact& other : model.others.contacts) {
+    const ToolPort& port = model.frame.ports()[other.tool];
+    for (std::size_t axis = 0; axis < 3 && port.touching; ++axis)
+      loads.own += port.lambda[static_cast<Eigen::Index>(axis)] * (w.transpose() * other.port->input[axis]);
+  }
   for (Eigen::Index k = 0; k < loads.slides.cols(); ++k)
     loads.slides.col(k) = w.transpose() * slides[static_cast<std::size_t>(k)];
   return loads;
@@ -114,7 +124,7 @@ struct Basis {
 
 std::optional<Basis> linear_basis(const LinearPort& model, const KrylovStart& start, const KrylovSolve& solve, int modes) {
   const bool chosen = model.request.scheme == Scheme::port && !model.grasp();
-  const auto directions = krylov_basis(model.at, start, solve, {chosen ? std::max(modes, kCandidates) : modes, model.p.shift()});
+  const auto directions = krylov_basis(model.at, start, solve, {chosen ? std::max(modes, kCandidates) + (model.others.own > 0 ? kWrenchCandidates : 0) : modes, model.p.shift()});
   model.frame.enter(BuildPhase::project);
   if (!directions) return std::nullopt;
   Basis basis{*directions, model.at.projected(*directions)};

@@ -36,6 +36,8 @@ inline constexpr int kAttachOrder = 22, kTouchOrder = 16;
 inline constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
 /// Number of Krylov directions from which the modes of a touch are chosen. Measured: 24 and 32 are the same within 0.1 dB.
 inline constexpr int kCandidates = 16;
+/// Further ones of a tool with several contacts: their responses together.
+inline constexpr int kWrenchCandidates = 6;
 
 struct PatchRequest {
   Scheme scheme = Scheme::port;
@@ -44,8 +46,8 @@ struct PatchRequest {
   /// Longest silence expected of the link between two patches: the patch is valid for twice `horizon` plus this.
   Micros silence = kSilenceLeast;
   /// Number of surface vertices that fit into a datagram with this number of modes, without or with a load_rate, and with these
-  /// numbers of relaxation branches and of other tools that are contacts.
-  int (*vertices_max)(int modes, bool loaded, int branches, int others) = [](int, bool, int, int) { return 12; };
+  /// numbers of relaxation branches and of other contacts.
+  int (*vertices_max)(int modes, bool loaded, int branches, PatchContacts) = [](int, bool, int, PatchContacts) { return 12; };
   Vec3 acceleration = Vec3::Zero();  ///< of the hand [m/s^2]
   int modes_max = kMaxModes;         ///< most that fit into a datagram
 };

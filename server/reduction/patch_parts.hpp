@@ -36,6 +36,14 @@ struct Reduced {
   SnapshotSet snapshots = {};
 };
 
+/// A load of all contacts of a tool with a body, as of one that moves without deforming: along an axis, the mean of B_j e_i, or
+/// about one through the middle of the contacts, the mean of B_j (e_i x r_j) / L, with L the root mean square of |r_j|; and P^-1 of
+/// it. Its work per unit is the mean displacement of the contacts along it.
+struct Wrench {
+  Vector load, response;
+};
+/// port_responses.cpp: none of a tool with one contact.
+std::vector<Wrench> wrenches(const LinearPort& model);
 /// port_responses.cpp: returns the first Krylov directions, for `hyper` the snapshots of the port, and the slides of a touch.
 KrylovStart krylov_start(const LinearPort& model);
 SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start);

@@ -29,29 +29,33 @@ PortRows rows_of(const Port& port, const Matrix& v) {
 /// R = `rows`: what is too fast for a mode yields at once. Returns zero if the modes have a direction for each axis of the port.
 Mat3 residual_compliance(const Port& port, double shift, const PortRows& rows, const Patch& patch) {
   assert(rows.cols() == patch.modes() && shift >= 0);
+  if (rows.cols() == 0) return symmetric(port.compliance);
   Matrix dynamic = shift * patch.damping;
   dynamic.diagonal() += patch.stiffness + Vector::Constant(rows.cols(), shift * shift);
   const Mat3 by_modes = rows * dynamic.ldlt().solve(Matrix(rows.transpose()));
   return part_above(symmetric(symmetric(port.compliance) - by_modes), 0);
 }
 
-/// Adds the tools that are contacts of the patch, on its modes `v`.
+/// Adds the other contacts of the patch, on its modes `v`.
 void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
   FrameModel& frame = model.frame;
   for (const OtherTools::Contact& contact : model.others.contacts) {
     const ToolPort& port = frame.ports()[contact.tool];
     const HandMotion path = frame.path(contact.tool, model.request.horizon);
-    OtherTool& tool = patch.others.of[static_cast<std::size_t>(patch.others.count++)];
+    OtherContact& tool = patch.others.of[static_cast<std::size_t>(patch.others.count++)];
     tool.touching = port.touching;
-    tool.velocity = path.velocity;
-    tool.acceleration = path.acceleration;
+    tool.sphere = port.sphere;
+    if (static_cast<std::size_t>(patch.others.count) > model.others.own) {
+      tool.velocity = path.velocity;
+      tool.acceleration = path.acceleration;
+    }
     tool.normal = frame.normal(contact.tool);
     tool.rows = rows_of(*contact.port, v);
     tool.c_static = residual_compliance(*contact.port, model.p.shift(), tool.rows, patch);
     const Vec3 push = port.touching ? port.lambda : Vec3::Zero();
-    tool.gap = frame.tool(contact.tool).position - position_at(frame.skin().view(), frame.positions(), port.point) +
-               tool.c_static * push;
+    tool.gap = frame.gap(contact.tool) + tool.c_static * push;
   }
+  patch.others.own = static_cast<int>(model.others.own);
 }
 
 }  // namespace
@@ -96,7 +100,7 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = kTrustedSpacings * frame.spacing_m();
   const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count,
-                                            static_cast<int>(model.others.contacts.size()));
+                                            {static_cast<int>(model.others.contacts.size()), frame.has_body(model.which)});
   if (model.hyper()) {
     const Matrix stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, prescribed_motion(model), stiffness, vertices, reduced, made);

@@ -1,5 +1,7 @@
 // What a patch is made of at its port: the first directions of a basis, and snapshots.
 #include <cassert>
+#include <cmath>
+#include <span>
 
 #include "server/reduction/patch_parts.hpp"
 #include "server/reduction/static_indentation.hpp"
@@ -22,6 +24,34 @@ Matrix prescribed_motion(const LinearPort& model) {
   return motion;
 }
 
+std::vector<Wrench> wrenches(const LinearPort& model) {
+  std::vector<Wrench> all;
+  if (model.others.own == 0) return all;
+  const SurfaceView skin = model.frame.skin().view();
+  std::vector<std::pair<const Port*, Vec3>> contacts{{&model.port(), position_at(skin, model.frame.positions(), model.tool_port().point)}};
+  for (const OtherTools::Contact& own : std::span(model.others.contacts).first(model.others.own))
+    contacts.emplace_back(own.port, position_at(skin, model.frame.positions(), model.frame.ports()[own.tool].point));
+  const auto count = static_cast<double>(contacts.size());
+  Vec3 middle = Vec3::Zero();
+  for (const auto& [port, at] : contacts) middle += at / count;
+  double lever2 = 0;
+  for (const auto& [port, at] : contacts) lever2 += (at - middle).squaredNorm() / count;
+  for (const bool about : {false, true})
+    for (Eigen::Index axis = 0; axis < 3 && (!about || lever2 > 0); ++axis) {
+      const auto n = model.at.masses().size();
+      Wrench& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n));
+      for (const auto& [port, at] : contacts) {
+        const Vec3 unit = Vec3::Unit(axis);
+        const Vec3 way = (about ? Vec3(unit.cross(at - middle) / std::sqrt(lever2)) : unit) / count;
+        for (std::size_t k = 0; k < 3; ++k) {
+          wrench.load += way[static_cast<Eigen::Index>(k)] * port->input[k];
+          wrench.response += way[static_cast<Eigen::Index>(k)] * port->response[k];
+        }
+      }
+    }
+  return all;
+}
+
 KrylovStart krylov_start(const LinearPort& model) {
   const Port& port = model.port();
   KrylovStart start{{port.response.begin(), port.response.end()}, {}, model.p.residual(), {}};
@@ -35,7 +65,9 @@ KrylovStart krylov_start(const LinearPort& model) {
   } else {
     for (const Vector& b : port.input) start.fine.push_back(b.cwiseQuotient(model.at.masses()));
   }
-  if (!model.hyper()) start.ports.insert(start.ports.end(), port.slides.begin(), port.slides.end());
+  if (model.hyper()) return start;
+  for (Wrench& wrench : wrenches(model)) start.ports.push_back(std::move(wrench.response));
+  start.ports.insert(start.ports.end(), port.slides.begin(), port.slides.end());
   return start;
 }
 
@@ -56,6 +88,10 @@ SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
     }
   }
   if (model.grasp()) return snapshots;
+  for (Wrench& wrench : wrenches(model)) {
+    const double moved = wrench.load.dot(wrench.response);
+    snapshots.add(SnapshotKind::port_response, wrench.response, moved > 0 ? far.norm() / moved : 1);
+  }
   const IndentationRequest request{model.frame.skin().weights(model.tool_port().point), start.ports,
                                    expected_indentations(model.tool(), -model.frame.normal(model.which), horizon_s),
                                    model.p.shift(), model.p.diagonal()};

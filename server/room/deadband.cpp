@@ -48,11 +48,12 @@ bool stay_alike(std::vector<PatchPlayer> old, PatchPlayer next, const Deadband::
   constexpr Micros kCompareEvery{5'000};  // twelve times within kProbeS; longer: cheaper, but misses oscillations
   const Micros stamp = next.patch().stamp;
   for (Micros t = stamp + kCompareEvery; t <= stamp + station.horizon; t += kCompareEvery) {
-    const Vec3 tool = station.track->on_path(t).position + minimum_jerk(seconds(t - stamp) / Deadband::kProbeS) * off;
-    next.advance({t, tool});
+    ToolSample tool = station.track->sample(t);
+    tool.position += minimum_jerk(seconds(t - stamp) / Deadband::kProbeS) * off;
+    next.advance(tool);
     for (PatchPlayer& player : old) {
-      player.advance({t, tool});
-      if (!alike(player, next, station.fraction) || (trusts(next, tool) && !trusts(player, tool))) return false;
+      player.advance(tool);
+      if (!alike(player, next, station.fraction) || (trusts(next, tool.position) && !trusts(player, tool.position))) return false;
     }
   }
   return true;
@@ -75,7 +76,7 @@ void Deadband::catch_up(const ToolTrack& track, Micros until) {
   std::erase_if(sent_, [&](const PatchPlayer& old) { return old.time() < track.begin(); });
   for (PatchPlayer& old : sent_)
     for (Micros t = old.time() + kTick; t <= std::min(until, track.newest()); t += kTick)
-      old.advance({t, track.on_path(t).position});
+      old.advance(track.sample(t));
 }
 
 bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
@@ -88,7 +89,7 @@ bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
   if (stamp + station.horizon - *station.playing > kPatchAgeMost) return false;
   std::vector<PatchPlayer> old(sent_.begin(), sent_.end());
   for (PatchPlayer& player : old) {
-    player.advance({stamp, station.track->on_path(stamp).position});
+    player.advance(station.track->sample(stamp));
     if (!made_alike(player.patch(), next.patch()) || player.output().contact != next.output().contact ||
         !alike(player, next, station.fraction))
       return false;

@@ -78,50 +78,76 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
   Task task;
   task.job = &job;
   task.station = &stations_.at(job.id);
-  task.port = body_->port_of(job);
-  if (!task.port || !in_reach(*task.port, job.horizon) || !job.wants_patch) return task;
+  task.parts = body_->ports_of(job);
+  if (task.parts.empty()) return task;
+  choose_port(task, job.horizon);
+  if (!task.port || !job.wants_patch) return task;
   const Scene& scene = body_->scene();
   task.request = {job.scheme,
                   job.order,
                   job.horizon,
                   job.silence,
-                  [](int modes, bool loaded, int branches, int others) {
-                    return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, others);
+                  [](int modes, bool loaded, int branches, PatchContacts contacts) {
+                    return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, contacts);
                   },
                   body_->hand_motion(*task.port).acceleration,
                   max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
-  task.reuses = body_->asleep() && cached && cached->serves(task.request, frame_model_.tool(*task.port));
+  task.reuses = body_->asleep() && cached && scene.tool.shape.empty() && cached->serves(task.request, frame_model_.tool(*task.port));
   task.builds = !task.reuses;
   if (task.builds) frame_model_.request_patch(*task.port, expected_slide(body_->dynamics(), task.request));
   return task;
 }
 
-/// Moves the point of a tool that does not touch to the nearest point of the surface.
-bool FramePatches::in_reach(std::size_t port, Micros horizon) {
-  if (body_->ports()[port].kind == ContactKind::attach || body_->ports()[port].touching) return true;
+/// Chooses the port at which the patch is made, and moves those of the tool that do not touch to the nearest point of the surface.
+/// Those of a body that are in reach are requested: the patch has their contacts, too.
+void FramePatches::choose_port(Task& task, Micros horizon) {
+  std::pair<double, double> best{-1, 0};  // force, minus height
+  for (const std::size_t k : task.parts) {
+    const ToolPort& port = body_->ports()[k];
+    const bool holds = port.kind == ContactKind::attach || port.touching;
+    const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon);
+    if (!height) continue;
+    if (task.parts.size() > 1 && task.job->wants_patch) frame_model_.request_patch(k);
+    const std::pair worth{holds ? port.lambda.norm() : 0.0, -*height};
+    if (task.port && worth <= best) continue;
+    best = worth;
+    task.port = k;
+  }
+}
+
+/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch.
+std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros horizon) {
   // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction.
   constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
   const ToolAt& tool = frame_model_.tool(port);
-  const double t = seconds(horizon);
-  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM;
+  const double t = seconds(horizon), radius_m = body_->ports()[port].sphere.radius_m;
+  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM + radius_m;
   const auto nearest = body_->nearest_within(tool.position, reach);
-  if (nearest) body_->move_point(port, nearest->point);
-  return nearest.has_value();
+  if (!nearest) return std::nullopt;
+  body_->move_point(port, nearest->point);
+  return nearest->height_m - radius_m;
 }
 
 StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
   const StationJob& job = *task.job;
   StationFrame frame;
   frame.id = job.id;
-  if (task.port) {
-    const ToolPort& port = body_->ports()[*task.port];
-    frame.tool = frame_model_.tool(*task.port).position;
-    frame.contact = port.kind == ContactKind::attach || port.touching;
-    frame.force = frame.contact ? Vec3(-port.lambda) : Vec3::Zero();
-    if (task.builds || task.reuses) give_patch(task, frame);
-  } else {
+  if (task.parts.empty()) {
     give_fading_force(job, stamp, frame);
+  } else {
+    frame.tool = frame_model_.tool(task.parts.front()).position;
+    if (!body_->scene().tool.shape.empty()) frame.tool = body_->tool_of(job)->track.at(stamp).position;
+    for (const std::size_t k : task.parts) {
+      const ToolPort& port = body_->ports()[k];
+      if (port.kind != ContactKind::attach && !port.touching) continue;
+      frame.contact = true;
+      frame.force -= port.lambda;
+      if (!port.body) continue;
+      const Vec3 contact = port.lowest(frame_model_.tool(k).position, frame_model_.normal(k));
+      frame.torque -= (contact - frame.tool).cross(port.lambda);
+    }
+    if (task.builds || task.reuses) give_patch(task, frame);
   }
   if (!frame.patch) return frame;
   frame.patch->seq = ++task.station->seq;
@@ -146,9 +172,20 @@ void FramePatches::give_patch(const Task& task, StationFrame& frame) {
   if (!built) return;
   frame.patch = std::move(built->patch);
   leave_room_for_rounding(*frame.patch);
+  if (body_->ports()[*task.port].body) set_pose(task, frame);
   frame.terms = std::move(built->terms);
   station.modes = std::move(built->modes);
   if (body_->asleep()) station.cached = CachedPatch{task.request, *frame.patch, frame.terms};
+}
+
+/// A tool with a body: its pose in the place of the sphere at which the patch was made, and the forces of all its spheres.
+void FramePatches::set_pose(const Task& task, StationFrame& frame) const {
+  const TurningTool tool = body_->tool_of(*task.job)->track.turning(body_->time());
+  frame.patch->tool = frame.tool;
+  frame.patch->tool_velocity = tool.at.velocity;
+  frame.patch->turn = tool.turn;
+  frame.patch->force = frame.force;
+  frame.patch->torque = frame.torque;
 }
 
 /// Builds a patch for a station whose tool was released. The hand-over between patches hides the steps from frame to frame.

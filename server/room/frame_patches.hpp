@@ -56,7 +56,8 @@ class FramePatches {
   struct Task {
     const StationJob* job = nullptr;
     Station* station = nullptr;
-    std::optional<std::size_t> port;  // none: its tool is released, or has no samples
+    std::vector<std::size_t> parts;   // ports of its tool; empty: it is released, or has no samples
+    std::optional<std::size_t> port;  // of these the one that touches most, or else is nearest
     bool builds = false, reuses = false;
     PatchRequest request;
   };
@@ -64,7 +65,9 @@ class FramePatches {
   void sync_stations(const FrameJob& job);
   void begin_model(const FrameJob& job, Micros mean_horizon);
   Task task_of(const StationJob& job);
-  bool in_reach(std::size_t port, Micros horizon);
+  std::optional<double> height_in_reach(std::size_t port, Micros horizon);
+  void choose_port(Task& task, Micros horizon);
+  void set_pose(const Task& task, StationFrame& frame) const;
   StationFrame frame_of(const Task& task, Micros stamp);
   void give_patch(const Task& task, StationFrame& frame);
   void give_fading_force(const StationJob& job, Micros stamp, StationFrame& frame);

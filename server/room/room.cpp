@@ -55,9 +55,9 @@ void Room::use_threads(ThreadPool& pool) { state_->body.use_threads(pool); }
 
 std::optional<Room::Origin> Room::origin(StationId id) const {
   const SteppedBody& body = state_->body;
-  const auto which = body.port_of(id);
-  if (!which) return std::nullopt;
-  return Origin{body.state(), body.ports()[*which], state_->patches.modes(id)};
+  const std::vector<std::size_t> ports = body.ports_of(id);
+  if (ports.empty()) return std::nullopt;
+  return Origin{body.state(), body.ports()[ports.front()], state_->patches.modes(id)};
 }
 
 const std::string& Room::integrator() const { return state_->body.integrator().reason; }

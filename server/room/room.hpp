@@ -72,6 +72,7 @@ struct StationFrame {
   std::optional<Patch> patch;                      ///< stamp in the server's clock; empty: out of reach, not wanted or failed
   NonlinearTerms terms;                            ///< terms of `patch`; without variables: none
   Vec3 tool = Vec3::Zero(), force = Vec3::Zero();  ///< at the stamp; force on the tool [N]
+  Vec3 torque = Vec3::Zero();                      ///< on a tool with a body, about the tool point [N m]
   bool contact = false;
   std::optional<Micros> renewed_from = {};  ///< stamp from which on all patches sent to it are as good as `patch`
 };
@@ -115,7 +116,7 @@ class Room {
   void build_patches(const FrameJob& job, FrameResult& result);
   /// Shares the steps of a large body among a thread pool, which must outlive the room.
   void use_threads(ThreadPool& pool);
-  /// The inputs of a station's last patch, for measurements: the present body, the station's port, the patch's modes.
+  /// The inputs of a station's last patch, for measurements: the present body, the station's (first) port, the patch's modes.
   struct Origin {
     BodyState body;
     ToolPort port;

@@ -25,7 +25,6 @@ void SteppedBody::start(Micros body_time) {
   body_.time_s = seconds(body_time);
   tools_.clear();
   ports_.clear();
-  port_owner_.clear();
 }
 
 bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed) {
@@ -89,7 +88,7 @@ bool SteppedBody::may_meet(std::size_t k, Micros until) const {
   const Vec3 from = tool(k, time()).position;
   double way_m = (tool(k, until).position - from).norm();
   for (Micros t = time(); t < until; t += kTick) way_m = std::max(way_m, (tool(k, t).position - from).norm());
-  return nearest_within(from, way_m + kStrayMarginM).has_value();
+  return nearest_within(from, way_m + ports_[k].sphere.radius_m + kStrayMarginM).has_value();
 }
 
 std::optional<NearestPoint> SteppedBody::nearest_within(const Vec3& tool, double far_m) const {

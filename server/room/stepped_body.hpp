@@ -60,15 +60,16 @@ class SteppedBody {
   const std::vector<StationId>& released() const { return released_; }
 
   const std::vector<ToolPort>& ports() const { return ports_; }
+  /// Ports have the station of their tool as their tool's number; a tool with a body has one for each of its spheres.
   /// Sets the nearest point of the surface to a tool that does not touch.
   void move_point(std::size_t k, const SurfacePoint& point) { ports_[k].point = point; }
-  /// Returns the port of the tool that a station feels with; for an id, the port of that station's own tool.
-  std::optional<std::size_t> port_of(const StationJob& job) const;
-  std::optional<std::size_t> port_of(StationId id) const;
+  /// Returns the ports of the tool that a station feels with; for an id, those of that station's own tool.
+  std::vector<std::size_t> ports_of(const StationJob& job) const;
+  std::vector<std::size_t> ports_of(StationId id) const;
   /// Returns the tool that a station feels with; null if it has no samples.
   const StationTool* tool_of(const StationJob& job) const;
-  /// Returns tool k in body time; in a grasp its node moves from where it was grasped to the tool.
-  ToolAt tool(std::size_t k, Micros t) const { return tool_at(tools_.at(port_owner_[k]), t); }
+  /// Returns the tool of port k in body time, of a body the centre of its sphere; in a grasp its node moves from where it was grasped to the tool.
+  ToolAt tool(std::size_t k, Micros t) const { return tool_at(tools_.at(ports_[k].tool), ports_[k].sphere, t); }
   /// Returns the motion of the hand at tool k, from the parabola through its positions now and 30 and 60 ms ago; without samples
   /// that old, its velocity alone.
   HandMotion hand_motion(std::size_t k) const;
@@ -80,16 +81,17 @@ class SteppedBody {
 
  private:
   static constexpr Micros kOff{1'000'000};
-  static ToolAt tool_at(const StationTool& tool, Micros t) { return moved_by(tool.track.at(t), tool.grasp, t); }
+  static ToolAt tool_at(const StationTool& tool, const ToolSphere& sphere, Micros t) {
+    return moved_by(tool.track.turning(t).centre_of(sphere), tool.grasp, t);
+  }
   void take_samples(const FrameJob& job);
   void note_past(StationTool& tool, Micros horizon) const;
   void sync_ports(const FrameJob& job);
   void reset();
   void leave_out_until(Micros begin);
-  void drop_port(std::size_t k);
-  void release_tool(std::size_t k, Micros off);
+  void release_tool(StationId id, Micros off);
   bool release_costliest(std::size_t most, Micros begin, Micros until);
-  bool stays_off(StationTool& tool);
+  bool stays_off(StationTool& tool) const;
   void fall_asleep();
   bool sleeps_through(const FrameJob& job) const;
   bool may_meet(std::size_t k, Micros until) const;
@@ -106,7 +108,6 @@ class SteppedBody {
   std::map<StationId, StationTool> tools_;
   std::vector<StationId> released_;
   std::vector<ToolPort> ports_;
-  std::vector<StationId> port_owner_;  // parallel to ports_
 };
 
 }  // namespace palpate

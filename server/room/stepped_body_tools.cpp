@@ -28,42 +28,38 @@ void SteppedBody::note_past(StationTool& tool, Micros horizon) const {
   if (tool.track.empty()) return;
   tool.noted = std::max(tool.noted, tool.track.begin());
   for (; tool.noted <= time(); tool.noted += Predictability::kEvery)
-    tool.past.add(tool.track.on_path(tool.noted).position, seconds(horizon));
+    tool.past.add(tool.track.on_path(tool.noted).at.position, seconds(horizon));
 }
 
 void SteppedBody::sync_ports(const FrameJob& job) {
-  for (std::size_t k = ports_.size(); k-- > 0;)
-    if (!tools_.contains(port_owner_[k])) drop_port(k);
+  std::erase_if(ports_, [&](const ToolPort& port) { return !tools_.contains(port.tool); });
   for (const StationJob& j : job.stations) {
     StationTool& tool = tools_[j.id];
-    if (port_of(j.id) || j.shadow_of != 0 || tool.track.empty() || stays_off(tool)) continue;
+    if (!ports_of(j.id).empty() || j.shadow_of != 0 || tool.track.empty() || stays_off(tool)) continue;
     ToolPort port;
     port.kind = scene_.tool.contact;
     port.node = scene_.tool.node;
     port.parameters = {scene_.tool.contact_stiffness_n_m, scene_.tool.friction};
+    port.tool = j.id;
     if (port.kind == ContactKind::attach) {
       const Vec3 offset = at_node(body_.x, port.node) - tool.track.at(time()).position;
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
-    ports_.push_back(port);
-    port_owner_.push_back(j.id);
+    const std::vector<ToolPort> parts = parts_of(scene_.tool.shape, port);
+    ports_.insert(ports_.end(), parts.begin(), parts.end());
   }
 }
 
-void SteppedBody::drop_port(std::size_t k) {
-  ports_.erase(ports_.begin() + static_cast<std::ptrdiff_t>(k));
-  port_owner_.erase(port_owner_.begin() + static_cast<std::ptrdiff_t>(k));
+std::vector<std::size_t> SteppedBody::ports_of(StationId id) const {
+  std::vector<std::size_t> ports;
+  for (std::size_t k = 0; k < ports_.size(); ++k)
+    if (ports_[k].tool == id) ports.push_back(k);
+  return ports;
 }
 
-std::optional<std::size_t> SteppedBody::port_of(StationId id) const {
-  const auto at = std::find(port_owner_.begin(), port_owner_.end(), id);
-  if (at == port_owner_.end()) return std::nullopt;
-  return static_cast<std::size_t>(at - port_owner_.begin());
-}
-
-std::optional<std::size_t> SteppedBody::port_of(const StationJob& job) const {
-  return port_of(job.shadow_of != 0 ? job.shadow_of : job.id);
+std::vector<std::size_t> SteppedBody::ports_of(const StationJob& job) const {
+  return ports_of(job.shadow_of != 0 ? job.shadow_of : job.id);
 }
 
 const SteppedBody::StationTool* SteppedBody::tool_of(const StationJob& job) const {
@@ -72,12 +68,13 @@ const SteppedBody::StationTool* SteppedBody::tool_of(const StationJob& job) cons
 }
 
 HandMotion SteppedBody::hand_motion(std::size_t k) const {
-  const StationTool& station = tools_.at(port_owner_[k]);
+  const StationTool& station = tools_.at(ports_[k].tool);
+  const ToolSphere& sphere = ports_[k].sphere;
   assert(!station.track.empty());
   constexpr Micros kDifferenceStep{30'000};  // an encoder's step of 0.03 mm makes up to 0.07 m/s^2; longer: lags more
   const Micros now = time();
-  if (now - 2 * kDifferenceStep < station.track.begin()) return {tool_at(station, now).velocity, Vec3::Zero()};
-  const auto place = [&](Micros t) { return tool_at(station, t).position; };
+  if (now - 2 * kDifferenceStep < station.track.begin()) return {tool_at(station, sphere, now).velocity, Vec3::Zero()};
+  const auto place = [&](Micros t) { return tool_at(station, sphere, t).position; };
   const Vec3 here = place(now), before = place(now - kDifferenceStep), first = place(now - 2 * kDifferenceStep);
   const double step_s = seconds(kDifferenceStep);
   const Vec3 acceleration = (here - 2 * before + first) / (step_s * step_s);
@@ -87,7 +84,7 @@ HandMotion SteppedBody::hand_motion(std::size_t k) const {
 
 HandMotion SteppedBody::predictable_motion(std::size_t k) const {
   const HandMotion motion = hand_motion(k);
-  const double share = tools_.at(port_owner_[k]).past.share();
+  const double share = tools_.at(ports_[k].tool).past.share();
   return {share * motion.velocity, share * motion.acceleration};
 }
 
@@ -96,40 +93,43 @@ void SteppedBody::reset() {
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.v.setZero();
-  while (!ports_.empty()) release_tool(ports_.size() - 1, ReleaseFade::kFadeTime);
+  while (!ports_.empty()) release_tool(ports_.back().tool, ReleaseFade::kFadeTime);
   asleep_ = false;
 }
 
-void SteppedBody::release_tool(std::size_t k, Micros off) {
-  const ToolPort& port = ports_[k];
-  const bool holds = port.kind == ContactKind::attach || port.touching;
-  if (const auto tool = tools_.find(port_owner_[k]); tool != tools_.end())  // else its station left in this very frame
-    tool->second.fade = ReleaseFade(time(), holds ? Vec3(-port.lambda) : Vec3::Zero(), off);
-  drop_port(k);
+void SteppedBody::release_tool(StationId id, Micros off) {
+  Vec3 force = Vec3::Zero();
+  for (const std::size_t k : ports_of(id))
+    if (ports_[k].kind == ContactKind::attach || ports_[k].touching) force -= ports_[k].lambda;
+  if (const auto tool = tools_.find(id); tool != tools_.end())  // else its station left in this very frame
+    tool->second.fade = ReleaseFade(time(), force, off);
+  std::erase_if(ports_, [&](const ToolPort& port) { return port.tool == id; });
 }
 
-/// Releases up to `most` touching tools; returns false if there is none. A tool that jumps about is outside as often as inside.
+/// Releases up to `most` tools; returns false if there is none. A tool that jumps about is outside as often as inside.
 bool SteppedBody::release_costliest(std::size_t most, Micros begin, Micros until) {
   const auto way_m = [&](std::size_t k) {
     double way = 0;
     for (Micros t = begin; t < until; t += kTick) way += (tool(k, t + kTick).position - tool(k, t).position).norm();
     return way;
   };
-  std::vector<std::pair<double, StationId>> costliest;
+  std::map<StationId, double> ways;  // of the part that goes furthest
   for (std::size_t k = 0; k < ports_.size(); ++k)
-    if (ports_[k].kind == ContactKind::touch) costliest.emplace_back(way_m(k), port_owner_[k]);
+    if (ports_[k].kind == ContactKind::touch) ways[ports_[k].tool] = std::max(ways[ports_[k].tool], way_m(k));
+  std::vector<std::pair<double, StationId>> costliest;
+  for (const auto& [id, way] : ways) costliest.emplace_back(way, id);
   std::sort(costliest.rbegin(), costliest.rend());  // between equal paths, the later station first
   costliest.resize(std::min(most, costliest.size()));
   for (const auto& [way, id] : costliest) {
-    release_tool(*port_of(id), kOff);
+    release_tool(id, kOff);
     released_.push_back(id);
   }
   return !costliest.empty();
 }
 
-bool SteppedBody::stays_off(StationTool& tool) {
+bool SteppedBody::stays_off(StationTool& tool) const {
   if (!tool.fade) return false;
-  if (!tool.fade->over(time(), scene_.tool.contact, skin_, body_.x, tool.track.at(time()).position)) return true;
+  if (!tool.fade->over(time(), scene_.tool, skin_, body_.x, tool.track.turning(time()))) return true;
   tool.fade.reset();
   return false;
 }

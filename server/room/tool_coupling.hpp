@@ -13,13 +13,29 @@
 // body open.
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "common/base/grasp_reach.hpp"
 #include "common/base/minimum_jerk.hpp"
 #include "server/body/skin.hpp"
+#include "server/room/tool_track.hpp"
+#include "server/scene/scene.hpp"
 
 namespace palpate {
 
 inline constexpr Micros kGraspTime{500'000};  ///< for a distance of at most kGraspReachM: the node moves at 0.19 m/s at most
+
+/// Returns the ports of a tool: one for each sphere of its body, or the point itself.
+inline std::vector<ToolPort> parts_of(const ToolShape& shape, const ToolPort& port) {
+  if (shape.empty()) return {port};
+  std::vector<ToolPort> parts(shape.size(), port);
+  for (std::size_t k = 0; k < shape.size(); ++k) {
+    parts[k].body = true;
+    parts[k].sphere = shape[k];
+  }
+  return parts;
+}
 
 struct ReleaseFade {
   static constexpr Micros kFadeTime{300'000};  ///< a force changes by at most 0.6 % of itself per tick
@@ -29,10 +45,15 @@ struct ReleaseFade {
 
   ReleaseFade(Micros since, const Vec3& force_n, Micros for_at_least = kFadeTime)
       : force{since, kFadeTime, force_n}, off(for_at_least) {}
-  /// Returns true if a tool at `tool` may grasp or touch a body at `x` from now on.
-  bool over(Micros now, ContactKind contact, const Skin& skin, const Vector& x, const Vec3& tool) const {
+  /// Returns true if the tool may grasp or touch a body at `x` from now on.
+  bool over(Micros now, const ToolSpec& spec, const Skin& skin, const Vector& x, const TurningTool& tool) const {
     if (now < force.begin + off) return false;
-    return contact == ContactKind::attach || skin.empty() || nearest_point(skin.view(), skin.place(x), tool).height_m > 0;
+    if (spec.contact == ContactKind::attach || skin.empty()) return true;
+    const std::vector<double> surface = skin.place(x);
+    const auto is_outside = [&](const ToolSphere& part) {
+      return nearest_point(skin.view(), surface, tool.centre_of(part).position).height_m > part.radius_m;
+    };
+    return spec.shape.empty() ? is_outside({}) : std::all_of(spec.shape.begin(), spec.shape.end(), is_outside);
   }
 };
 

@@ -8,48 +8,100 @@
 namespace palpate {
 namespace {
 
-/// Returns the position of `wanted`, moved towards `last` so that the speed between them stays within kFastestMs.
-Vec3 within_reach(const ToolSample& last, const ToolSample& wanted) {
+Rotation turn_of(const ToolSample& sample) { return sample.orientation.value_or(Rotation::Identity()); }
+
+/// Returns the rotation vector from one orientation to another, of length up to pi [rad].
+Vec3 turn_between(const Rotation& from, const Rotation& to) {
+  if (from.coeffs() == to.coeffs()) return Vec3::Zero();
+  const Eigen::AngleAxisd turn(to * from.conjugate());
+  const double angle = turn.angle() > M_PI ? turn.angle() - 2 * M_PI : turn.angle();
+  return angle * turn.axis();
+}
+
+Rotation turned(const Vec3& by, const Rotation& from) {
+  const double angle = by.norm();
+  return angle > 0 ? Rotation(Rotation(Eigen::AngleAxisd(angle, by / angle)) * from) : from;
+}
+
+/// Returns `wanted`, moved towards `last` so that speed and spin between them stay within kFastestMs and kFastestRadS.
+ToolSample within_reach(const ToolSample& last, const ToolSample& wanted) {
+  ToolSample sample = wanted;
+  const double time_s = seconds(wanted.t - last.t);
   const Vec3 way = wanted.position - last.position;
-  return last.position + way / std::max(1.0, way.norm() / (ToolTrack::kFastestMs * seconds(wanted.t - last.t)));
+  sample.position = last.position + way / std::max(1.0, way.norm() / (ToolTrack::kFastestMs * time_s));
+  if (last.orientation && wanted.orientation) {
+    const double angle = last.orientation->angularDistance(*wanted.orientation);
+    if (angle > ToolTrack::kFastestRadS * time_s)
+      sample.orientation = Rotation(last.orientation->slerp(ToolTrack::kFastestRadS * time_s / angle, *wanted.orientation));
+  }
+  return sample;
 }
 
 }  // namespace
 
+ToolAt TurningTool::centre_of(const ToolSphere& sphere) const {
+  const Vec3 arm = turn * sphere.centre;
+  return {at.position + arm, at.velocity + spin.cross(arm)};
+}
+
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
   const bool gone_past = !empty() && body_time > newest();
-  const ToolAt before = gone_past ? at(body_time) : ToolAt{};
+  const TurningTool before = gone_past ? turning(body_time) : TurningTool{};
   for (const ToolSample& s : samples)
     if (empty())
       samples_.add(s);
     else if (s.t > newest())
-      samples_.add({s.t, within_reach(samples_.newest(), s)});
-  if (gone_past) lead_on(before.position, body_time);
+      samples_.add(within_reach(samples_.newest(), s));
+  if (gone_past) lead_on(before, body_time);
 }
 
 /// Leads the tool from `from` back to its path.
-void ToolTrack::lead_on(const Vec3& from, Micros body_time) {
-  lead_ = {body_time, kLeadBack, from - on_path(body_time).position};
+void ToolTrack::lead_on(const TurningTool& from, Micros body_time) {
+  const TurningTool path = on_path(body_time);
+  lead_ = {body_time, kLeadBack, from.at.position - path.at.position};
+  lead_turn_ = {body_time, kLeadBack, turn_between(path.turn, from.turn)};
 }
 
-ToolAt ToolTrack::at(Micros t) const { return moved_by(on_path(t), lead_, t); }
+TurningTool ToolTrack::turning(Micros t) const {
+  TurningTool tool = on_path(t);
+  tool.at = moved_by(tool.at, lead_, t);
+  if (lead_turn_.over(t)) return tool;
+  tool.turn = turned(lead_turn_.at(t), tool.turn);
+  tool.spin += lead_turn_.rate(t);
+  return tool;
+}
 
-ToolAt ToolTrack::on_path(Micros t) const {
+TurningTool ToolTrack::on_path(Micros t) const {
   assert(!empty());
   const std::size_t after = samples_.first_after(t - Micros{1});
-  if (after == 0) return {samples_.oldest().position, Vec3::Zero()};
+  if (after == 0) return {{samples_.oldest().position, Vec3::Zero()}, turn_of(samples_.oldest())};
   if (after == samples_.size()) {
     const ToolSample& end = samples_.newest();
-    if (samples_.size() == 1) return {end.position, Vec3::Zero()};
+    if (samples_.size() == 1) return {{end.position, Vec3::Zero()}, turn_of(end)};
     // If samples are further apart, the last two are used.
     const std::size_t first = samples_.first_after(end.t - kVelocityWindow - Micros{1});
     const ToolSample& from = samples_[std::min(first, samples_.size() - 2)];
-    const Vec3 velocity = (end.position - from.position) / seconds(end.t - from.t);
-    return dead_reckoned({end.position, velocity}, seconds(t - end.t));
+    const double over_s = seconds(end.t - from.t), gone_s = seconds(t - end.t);
+    TurningTool tool{dead_reckoned({end.position, (end.position - from.position) / over_s}, gone_s), turn_of(end)};
+    if (!end.orientation || !from.orientation) return tool;
+    const ToolAt spun = dead_reckoned({Vec3::Zero(), turn_between(*from.orientation, *end.orientation) / over_s}, gone_s);
+    tool.turn = turned(spun.position, tool.turn);
+    tool.spin = spun.velocity;
+    return tool;
   }
   const ToolSample &before = samples_[after - 1], &next = samples_[after];
-  const Vec3 velocity = (next.position - before.position) / seconds(next.t - before.t);
-  return {before.position + seconds(t - before.t) * velocity, velocity};
+  const double over_s = seconds(next.t - before.t), gone_s = seconds(t - before.t);
+  const Vec3 velocity = (next.position - before.position) / over_s;
+  TurningTool tool{{before.position + gone_s * velocity, velocity}, turn_of(before)};
+  if (!before.orientation || !next.orientation) return tool;
+  tool.spin = turn_between(*before.orientation, *next.orientation) / over_s;
+  tool.turn = turned(gone_s * tool.spin, tool.turn);
+  return tool;
+}
+
+ToolSample ToolTrack::sample(Micros t) const {
+  const TurningTool tool = on_path(t);
+  return {t, tool.at.position, samples_.newest().orientation ? Orientation(tool.turn) : Orientation()};
 }
 
 void ToolTrack::forget_before(Micros t) {

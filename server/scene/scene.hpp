@@ -96,6 +96,7 @@ struct ToolSpec {
   double friction = 0.3;                ///< touch: Coulomb mu
   double contact_stiffness_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
   double radius_m = 0;                  ///< touch: contact radius of the tip (skin.hpp), 0 = a point
+  ToolShape shape = {};                 ///< touch: body of the tool; empty: a point
 };
 
 /// Integrator of the body (server/dynamics/integrator_selection.hpp).

@@ -244,6 +244,15 @@ Json to_json(const SceneSettings& settings) {
   tool.add("mu", Json::number(settings.tool.friction));
   tool.add("contact_stiffness_n_m", Json::number(settings.tool.contact_stiffness_n_m));
   tool.add("radius_m", Json::number(settings.tool.radius_m));
+  if (!settings.tool.shape.empty()) {
+    Json& spheres = tool.add("body", Json::object()).add("spheres", Json::array());
+    for (const ToolSphere& sphere : settings.tool.shape) {
+      Json part = Json::object();
+      part.add("center_m", list(sphere.centre));
+      part.add("radius_m", Json::number(sphere.radius_m));
+      spheres.items.push_back(std::move(part));
+    }
+  }
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));
   solver.add("integrator", Json::string(kIntegratorNames[static_cast<std::size_t>(settings.integrator)]));

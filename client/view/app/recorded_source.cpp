@@ -25,6 +25,7 @@ bool RecordedSource::show(Micros now, ViewMoment& moment) {
   const Micros t = clock_.at(now);
   moment = scene_.at(t);
   room_ = scene_.room_at(t);
+  moment.tool_body = room_.tool;
   scene_.plot(t, forces_, patch_ages_);
   return true;
 }

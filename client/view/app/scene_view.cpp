@@ -62,6 +62,7 @@ Sight SceneView::sight() const {
           .scalars = moment_.shape.scalars,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
+          .body = moment_.tool_body,
           .depths = depths_,
           .hues = tool_hues_,
           .pins = pins_,

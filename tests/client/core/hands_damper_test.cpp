@@ -23,7 +23,7 @@ Patch two_tools() {
   p.c_static = 2e-4 * Mat3::Identity();
   p.contact_stiffness_n_m = 800;
   p.others.count = 1;
-  OtherTool& other = p.others.of[0];
+  OtherContact& other = p.others.of[0];
   other.normal = Vec3::UnitZ();
   other.rows = PortRows::Zero(3, 2);
   other.rows.row(2) << 6, -1;

@@ -26,6 +26,7 @@ class SmallWorld {
     std::unique_ptr<ClientCore> core;
     Micros clock_offset{};  ///< its clock minus the server's
     bool moves = true;      ///< false: the haptic thread is stopped
+    Orientation turn = {};  ///< of its tool
     Micros sent{};          ///< time of its newest datagram, by its clock
     std::vector<TickOutput> ticks;
   };
@@ -111,7 +112,7 @@ class SmallWorld {
   }
   void step_client(PeerId peer, Place& place) {
     const auto t = clock(peer);
-    if (place.moves) place.ticks.push_back(place.core->haptic().tick({t, Vec3(0, 0, 0.01 * std::sin(seconds(t)))}));
+    if (place.moves) place.ticks.push_back(place.core->haptic().tick({t, Vec3(0, 0, 0.01 * std::sin(seconds(t))), place.turn}));
     place.core->tick(t);
     std::array<std::byte, kMaxDatagramBytes> bytes;
     while (const auto size = place.core->emit(bytes, t)) {

@@ -17,8 +17,8 @@ TEST_CASE("every change of the buttons reaches the server once, in order and at 
   for (int k = 0; k < 60; ++k) {
     pressed = pressed == 0 ? 1u << k % 32 : 0;
     const Micros t = world.clock(1);
-    core.haptic().hold().say(t, {}, pressed);
-    core.haptic().hold().say(t + 1us, {}, pressed);  // nothing new
+    core.haptic().buttons().say(t, pressed);
+    core.haptic().buttons().say(t + 1us, pressed);  // nothing new
     said.push_back({t - 77s, pressed});
     world.run(std::chrono::milliseconds(20 + 7 * (k % 20)));
   }
@@ -38,13 +38,14 @@ TEST_CASE("the orientation at the server is the newest of the hand's, and nothin
   const StationId id = world.server->stations().front().id;
   CHECK_FALSE(world.server->orientation(id));
   CHECK_FALSE(world.server->orientation(id + 1));
-  const Eigen::Quaterniond held = Eigen::Quaterniond(0.1, 0.2, -0.3, 0.9).normalized();
-  core.haptic().hold().say(world.clock(1), Eigen::Quaterniond::Identity(), 0);
-  core.haptic().hold().say(world.clock(1), held, 0);
+  const Rotation held(Eigen::Quaterniond(0.1, 0.2, -0.3, 0.9).normalized());
+  world.places.at(1).turn = Rotation(Rotation::Identity());
+  world.run(2ms);
+  world.places.at(1).turn = held;
   world.run(20ms);
   REQUIRE(world.server->orientation(id));
   CHECK(world.server->orientation(id)->angularDistance(held) < 1e-4);
-  core.haptic().hold().say(world.clock(1), Eigen::Quaterniond(NAN, 0, 0, 0), 0);
+  world.places.at(1).turn = Rotation(NAN, 0, 0, 0);
   world.run(20ms);
   CHECK_FALSE(world.server->orientation(id));
 }
@@ -53,7 +54,7 @@ TEST_CASE("a server that begins anew learns which buttons are pressed") {
   SmallWorld world;
   ClientCore& core = world.add(1, "hand");
   world.run(500ms);
-  core.haptic().hold().say(world.clock(1), {}, 4);
+  core.haptic().buttons().say(world.clock(1), 4);
   world.run(500ms);
   world.start_server(2);
   std::vector<ButtonChange> heard;

@@ -49,7 +49,7 @@ struct Plate {
     for (int j = 2; j + 2 < n; ++j)
       for (int i = 2; i + 2 < n; ++i) x[3 * static_cast<std::size_t>(i + n * (j + n * (upper ? 1 : 0))) + 2] = z;
   }
-  Onset look(const Vec3& tool, Clearance& clearance) const { return look_for_contact(surface.view(), x, tool, clearance); }
+  Onset look(const Vec3& tool, Clearance& clearance) const { return look_for_contact(surface.view(), x, tool, 0, clearance); }
 };
 
 const Vec3 kOverVertex(0.04, 0.04, 0), kOverTriangle(0.0417, 0.0438, 0);

@@ -19,7 +19,7 @@ Patch shared_floor(int r) {
   p.load_for = Micros{150'000};
   for (int i = 0; i < r; ++i) p.damping(i, i) *= 2;
   p.others.count = 1;
-  OtherTool& other = p.others.of[0];
+  OtherContact& other = p.others.of[0];
   other.rows = 0.8 * p.surface.vertices[0].rows;
   other.rows.col(0) *= 0.5;
   return p;
@@ -49,7 +49,7 @@ class FineSteps {
     return push_n(to - own_row().dot(q_), p_.contact_stiffness_n_m);
   }
   double other_push(double t) const {
-    const OtherTool& other = p_.others.of[0];
+    const OtherContact& other = p_.others.of[0];
     const double s = std::min(t, seconds(p_.load_for));
     return push_n(other.gap.z() + s * other.velocity.z() + 0.5 * s * s * other.acceleration.z() - other.rows.row(2).dot(q_),
                   p_.contact_stiffness_n_m);
@@ -58,7 +58,7 @@ class FineSteps {
  private:
   ModeVector own_row() const { return p_.surface.vertices[0].rows.row(2).transpose(); }
   ModeVector rate(const ModeVector& q, const ModeVector& v, double tool, double t) const {
-    const OtherTool& other = p_.others.of[0];
+    const OtherContact& other = p_.others.of[0];
     const double s = std::min(t, seconds(p_.load_for));
     const double gap = other.gap.z() + s * other.velocity.z() + 0.5 * s * s * other.acceleration.z();
     ModeVector a = p_.g - p_.stiffness.cwiseProduct(q) - p_.damping * v;
@@ -77,7 +77,7 @@ class FineSteps {
 TEST_CASE("A tool feels another as the equations of the patch have it, where that presses on, lifts off, comes down or stops") {
   Patch p = shared_floor(GENERATE(2, 6));
   p.contact_stiffness_n_m = GENERATE(300, 2000);
-  OtherTool& other = p.others.of[0];
+  OtherContact& other = p.others.of[0];
   const int way = GENERATE(0, 1, 2);
   other.touching = way < 2;
   if (way == 0) other.gap.z() = -1e-4, other.velocity.z() = -0.04;
@@ -104,7 +104,7 @@ TEST_CASE("A tool feels another as the equations of the patch have it, where tha
 
 TEST_CASE("What yields at once under another tool is in series with its contact, and the stamp begins with its push") {
   Patch p = shared_floor(4);
-  OtherTool& other = p.others.of[0];
+  OtherContact& other = p.others.of[0];
   other.touching = true;
   other.c_static = Vec3(1e-3, 1e-3, 2e-3).asDiagonal();
   other.gap = Vec3(0, 0, -0.003);
@@ -131,7 +131,7 @@ TEST_CASE("Another tool that goes along the surface drags it as far as friction 
   p.friction = 0.4;
   const Vec3 own(2, 1.5, 3), others(1, 2, 1.2);  // each mode moves along an axis of its own
   for (PortVertex& vertex : p.surface.vertices) vertex.rows = Mat3(own.asDiagonal());
-  OtherTool& other = p.others.of[0];
+  OtherContact& other = p.others.of[0];
   other.rows = Mat3(others.asDiagonal());
   other.touching = true;
   other.gap = Vec3(0, 0, -0.004);
@@ -150,8 +150,8 @@ TEST_CASE("Beside a tool that stays where it is a tool gets no energy out of any
   for (int trial = 0; trial < 20; ++trial) {
     Patch p = shared_floor(8);
     p.contact_stiffness_n_m = trial % 2 ? 300 : 3000;
-    p.others.count = kMaxOtherTools;
-    for (OtherTool& other : p.others.tools()) {
+    p.others.count = kMaxOtherContacts;
+    for (OtherContact& other : p.others.tools()) {
       other.rows = p.surface.vertices[0].rows * random.uniform(0.5, 1.0);
       other.gap = Vec3(0, 0, random.uniform(-0.002, 0.002));
       other.touching = other.gap.z() < 0;
@@ -161,7 +161,7 @@ TEST_CASE("Beside a tool that stays where it is a tool gets no energy out of any
     // Energy in the modes and in the springs of the others beforehand.
     const auto stored = [&] {
       double sum = player.energy();
-      for (const OtherTool& other : p.others.tools()) {
+      for (const OtherContact& other : p.others.tools()) {
         const Vec3 moved = player.vertex(0) - p.surface.vertices[0].position;
         const double share = other.rows(2, 0) / p.surface.vertices[0].rows(2, 0);
         sum += 0.5 * p.contact_stiffness_n_m * std::pow(std::min(0.0, other.gap.z() - share * moved.z()), 2);

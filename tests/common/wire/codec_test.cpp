@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "seeds.hpp"
 
@@ -278,13 +279,14 @@ TEST_CASE(
     "how a tool is held goes there and back to 0.005 degrees, its buttons exactly, and both cost nothing where there is none") {
   Samples samples = seeds::samples(3);
   const std::size_t without = seeds::bytes_of(seeds::message(samples)).size();
-  CHECK_FALSE(round_trip(samples).orientation);
+  for (const ToolSample& sample : round_trip(samples).samples) CHECK_FALSE(sample.orientation);
   const Eigen::Quaterniond held = Eigen::Quaterniond(0.3, -0.8, 0.1, 0.4).normalized();
-  samples.orientation = held;
+  samples.samples.back().orientation = held;
   const std::size_t turned = seeds::bytes_of(seeds::message(samples)).size();
   samples.buttons = {{Micros{-7}, 1}, {Micros{9'000'000'000}, 0}, {Micros{9'000'000'001}, 0x80000001u}};
   const Samples back = round_trip(samples);
-  CHECK(held.angularDistance(back.orientation->normalized()) < 0.005 * M_PI / 180);
+  CHECK_FALSE(back.samples[1].orientation);
+  CHECK(back.samples[2].orientation->angularDistance(Rotation(held)) < 0.005 * M_PI / 180);
   REQUIRE(back.buttons.size() == 3);
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(back.buttons[i].t == samples.buttons[i].t);
@@ -294,7 +296,7 @@ TEST_CASE(
   Tools tools{
       1, Micros{2}, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, held, 6}, {"ball", Vec3::Zero(), Vec3::Zero(), false}}};
   const Tools seen = round_trip(tools);
-  CHECK(held.angularDistance(seen.tools[0].orientation->normalized()) < 0.005 * M_PI / 180);
+  CHECK(seen.tools[0].orientation->angularDistance(Rotation(held)) < 0.005 * M_PI / 180);
   CHECK(seen.tools[0].buttons == 6);
   CHECK_FALSE(seen.tools[1].orientation);
   CHECK(seen.tools[1].buttons == 0);
@@ -303,20 +305,41 @@ TEST_CASE(
 TEST_CASE("the fullest datagram of samples has room for how the tool is held and all changes of buttons that it may carry") {
   Samples samples = seeds::samples(kMaxSamplesPerDatagram);
   samples.playing = 77;
-  samples.orientation = Eigen::Quaterniond::Identity();
+  samples.samples.back().orientation = Rotation(Rotation::Identity());
   for (int i = 0; i < kMaxButtonChanges; ++i) samples.buttons.push_back({Micros{i}, 1});
   CHECK(round_trip(samples).samples.size() == std::size_t{kMaxSamplesPerDatagram});
   samples.buttons.push_back({Micros{99}, 1});
   CHECK(seeds::bytes_of(seeds::message(samples)).empty());
 }
 
+TEST_CASE("every sample of a full datagram may have an orientation, and any rotation is encoded twice as it is once") {
+  Samples samples = seeds::samples(kMaxTurnsPerDatagram);
+  samples.playing = 77;
+  for (int i = 0; i < kMaxButtonChanges; ++i) samples.buttons.push_back({Micros{i}, 1});
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (int round = 0; round < 200; ++round) {
+    for (ToolSample& sample : samples.samples)
+      sample.orientation = Eigen::Quaterniond(round % 2 == 0 ? 1e-4 * normal(random) : normal(random), normal(random), normal(random),
+                                              round % 3 == 0 ? 0 : normal(random))
+                               .normalized();
+    const Samples once = round_trip(samples), twice = round_trip(once);
+    for (std::size_t i = 0; i < samples.samples.size(); ++i) {
+      CHECK(once.samples[i].orientation->angularDistance(*samples.samples[i].orientation) < 0.005 * M_PI / 180);
+      CHECK(twice.samples[i].orientation->coeffs() == once.samples[i].orientation->coeffs());
+    }
+  }
+  samples.samples.push_back(samples.samples.back());
+  CHECK(seeds::bytes_of(seeds::message(samples)).empty());
+}
+
 TEST_CASE("an orientation that is none is neither sent nor taken, nor are buttons that go back in time") {
   Samples samples = seeds::samples(2);
-  samples.orientation = Eigen::Quaterniond(0.9, 0, 0, 0);
+  samples.samples.back().orientation = Rotation(0.9, 0, 0, 0);
   CHECK(seeds::bytes_of(seeds::message(samples)).empty());
-  samples.orientation = Eigen::Quaterniond(NAN, 0, 0, 1);
+  samples.samples.back().orientation = Rotation(NAN, 0, 0, 1);
   CHECK(seeds::bytes_of(seeds::message(samples)).empty());
-  samples.orientation.reset();
+  samples.samples.back().orientation.reset();
   samples.buttons = {{Micros{5}, 1}, {Micros{5}, 0}};
   Message out;
   CHECK(decode(seeds::bytes_of(seeds::message(samples)), out) == WireFault::out_of_range);

@@ -27,11 +27,11 @@ struct Sensible {
   bool operator()(const Refuse& m) const { return sensible(m.message) && m.reason <= RefuseReason::shutting_down; }
   bool operator()(const Samples& m) const {
     for (std::size_t i = 0; i < m.samples.size(); ++i)
-      if (!sensible(m.samples[i].position, kWorldExtentM) || (i > 0 && m.samples[i].t <= m.samples[i - 1].t)) return false;
+      if (!sensible(m.samples[i].position, kWorldExtentM) || (m.samples[i].orientation && !is_unit(*m.samples[i].orientation)) ||
+          (i > 0 && m.samples[i].t <= m.samples[i - 1].t)) return false;
     for (std::size_t i = 1; i < m.buttons.size(); ++i)
       if (m.buttons[i].t <= m.buttons[i - 1].t) return false;
-    return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram} && m.buttons.size() <= std::size_t{kMaxButtonChanges} &&
-           (!m.orientation || is_unit(*m.orientation));
+    return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram} && m.buttons.size() <= std::size_t{kMaxButtonChanges};
   }
   bool operator()(const PatchMessage& m) const { return check(m.patch) == PatchFault::none; }
   bool operator()(const Beat& m) const {

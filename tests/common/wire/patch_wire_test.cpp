@@ -121,12 +121,13 @@ TEST_CASE("the growing load of other tools arrives with the patch, and one that 
 }
 
 TEST_CASE("other tools arrive with their paths, normals and rows, and fit beside as many vertices as is said") {
-  const Patch sent = seeds::shared_patch(8, 6, 8, kMaxOtherTools);
+  constexpr int kOthers = 3;
+  const Patch sent = seeds::shared_patch(8, 6, 8, kOthers);
   const Patch got = round_trip(sent);
-  REQUIRE(got.others.count == kMaxOtherTools);
+  REQUIRE(got.others.count == kOthers);
   CHECK(got.load_for == sent.load_for);
-  for (std::size_t k = 0; k < kMaxOtherTools; ++k) {
-    const OtherTool &a = got.others.of[k], &b = sent.others.of[k];
+  for (std::size_t k = 0; k < kOthers; ++k) {
+    const OtherContact &a = got.others.of[k], &b = sent.others.of[k];
     CHECK(a.touching == (k == 0));
     check_float32(a.gap, b.gap);
     check_float32(a.c_static, b.c_static);
@@ -136,11 +137,12 @@ TEST_CASE("other tools arrive with their paths, normals and rows, and fit beside
     for (int m = 0; m < 8; ++m)
       CHECK((a.rows.col(m) - b.rows.col(m)).cwiseAbs().maxCoeff() <= 0.5001 / 32767 * std::max(4.4, 5.1) / (1 + m));
   }
-  for (int others = 0; others <= kMaxOtherTools; ++others)
+  for (int others = 0; others <= kMaxOtherContacts; ++others)
     for (int modes = 0; modes <= 10; ++modes) {
       const int vertices = max_port_vertices(modes, kMaxPortTriangles, true, 0, others);
       CAPTURE(others, modes, vertices);
-      REQUIRE(vertices >= 3);
+      if (others <= kOthers) REQUIRE(vertices >= 3);
+      if (vertices < 3) continue;
       Patch full = seeds::shared_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), others);
       full.load_rate = ModeVector::Ones(modes);
       full.load_for = Micros{1};
@@ -148,27 +150,65 @@ TEST_CASE("other tools arrive with their paths, normals and rows, and fit beside
     }
 }
 
+TEST_CASE("the contacts of a tool's spheres arrive with its pose and torque, and fit beside as many vertices as is said") {
+  Patch sent = seeds::body_patch(5, 6, 8, 4, 3);
+  const Patch got = round_trip(sent);
+  REQUIRE(got.turn);
+  CHECK(got.turn->angularDistance(*sent.turn) < 1e-4);
+  check_float32(got.torque, sent.torque);
+  CHECK(got.others.own == 3);
+  CHECK(got.sphere == sent.sphere);
+  for (std::size_t j = 0; j < 3; ++j) CHECK(got.others.of[j].sphere == sent.others.of[j].sphere);
+  CHECK(got.others.of[3].sphere == ToolSphere{});
+  CHECK_FALSE(round_trip(seeds::shared_patch(5, 6, 8, 4)).turn);
+  for (int others = 0; others <= kMaxOtherContacts; ++others)
+    for (int modes = 0; modes <= kMaxModes; ++modes) {
+      const int vertices = max_port_vertices(modes, kMaxPortTriangles, false, 0, {others, true});
+      CAPTURE(others, modes, vertices);
+      if (vertices < 3) continue;
+      const Patch full = seeds::body_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), others, others);
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
+    }
+}
+
+TEST_CASE("a tool's body that none can be is refused") {
+  const Patch right = seeds::body_patch(5, 6, 8, 4, 3);
+  REQUIRE(check(right) == PatchFault::none);
+  const auto fault = [&](const std::function<void(Patch&)>& spoil) {
+    Patch wrong = right;
+    spoil(wrong);
+    return check(wrong);
+  };
+  CHECK(fault([](Patch& p) { p.others.own = 5; }) == PatchFault::sizes);
+  CHECK(fault([](Patch& p) { p.turn.reset(); }) == PatchFault::sizes);
+  CHECK(fault([](Patch& p) { p.turn = Rotation(0.5, 0, 0, 0); }) == PatchFault::out_of_range);
+  CHECK(fault([](Patch& p) { p.turn = Rotation(NAN, 0, 0, 1); }) == PatchFault::not_finite);
+  CHECK(fault([](Patch& p) { p.sphere.radius_m = -1e-3; }) == PatchFault::out_of_range);
+  CHECK(fault([](Patch& p) { p.others.of[1].sphere.centre.x() = 0.3; }) == PatchFault::out_of_range);
+  CHECK(fault([](Patch& p) { p.torque.y() = NAN; }) == PatchFault::not_finite);
+}
+
 TEST_CASE("other tools that no body can have are refused") {
   const Patch right = seeds::shared_patch(5, 6, 8, 2);
   REQUIRE(check(right) == PatchFault::none);
-  const auto fault = [&](const std::function<void(OtherTool&)>& spoil) {
+  const auto fault = [&](const std::function<void(OtherContact&)>& spoil) {
     Patch wrong = right;
     spoil(wrong.others.of[1]);
     return check(wrong);
   };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  CHECK(fault([](OtherTool& o) { o.gap.x() = kNan; }) == PatchFault::not_finite);
-  CHECK(fault([](OtherTool& o) { o.velocity.y() = kNan; }) == PatchFault::not_finite);
-  CHECK(fault([](OtherTool& o) { o.acceleration.z() = INFINITY; }) == PatchFault::not_finite);
-  CHECK(fault([](OtherTool& o) { o.rows(1, 2) = kNan; }) == PatchFault::not_finite);
-  CHECK(fault([](OtherTool& o) { o.gap.x() = 21; }) == PatchFault::out_of_range);
-  CHECK(fault([](OtherTool& o) { o.normal *= 1.01; }) == PatchFault::out_of_range);
-  CHECK(fault([](OtherTool& o) { o.normal.setZero(); }) == PatchFault::out_of_range);
-  CHECK(fault([](OtherTool& o) { o.c_static = -o.c_static; }) == PatchFault::stiffness_indefinite);
-  CHECK(fault([](OtherTool& o) { o.c_static(0, 1) += 1e-3; }) == PatchFault::stiffness_indefinite);
-  CHECK(fault([](OtherTool& o) { o.rows.resize(3, 4); }) == PatchFault::sizes);
+  CHECK(fault([](OtherContact& o) { o.gap.x() = kNan; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherContact& o) { o.velocity.y() = kNan; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherContact& o) { o.acceleration.z() = INFINITY; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherContact& o) { o.rows(1, 2) = kNan; }) == PatchFault::not_finite);
+  CHECK(fault([](OtherContact& o) { o.gap.x() = 21; }) == PatchFault::out_of_range);
+  CHECK(fault([](OtherContact& o) { o.normal *= 1.01; }) == PatchFault::out_of_range);
+  CHECK(fault([](OtherContact& o) { o.normal.setZero(); }) == PatchFault::out_of_range);
+  CHECK(fault([](OtherContact& o) { o.c_static = -o.c_static; }) == PatchFault::stiffness_indefinite);
+  CHECK(fault([](OtherContact& o) { o.c_static(0, 1) += 1e-3; }) == PatchFault::stiffness_indefinite);
+  CHECK(fault([](OtherContact& o) { o.rows.resize(3, 4); }) == PatchFault::sizes);
   Patch wrong = right;
-  wrong.others.count = kMaxOtherTools + 1;
+  wrong.others.count = kMaxOtherContacts + 1;
   CHECK(check(wrong) == PatchFault::sizes);
   Patch grasp = seeds::attach_patch(5);
   grasp.others = right.others;

@@ -107,7 +107,7 @@ inline Patch shared_patch(int r, int vertices, int triangles, int others) {
   Patch patch = touch_patch(r, vertices, triangles);
   patch.load_for = Micros{123'456};
   patch.others.count = others;
-  for (OtherTool& other : patch.others.tools()) {
+  for (OtherContact& other : patch.others.tools()) {
     other.touching = &other == patch.others.of.data();
     other.gap = 0.0123 * Vec3(noise(random), noise(random), noise(random));
     other.velocity = 0.3 * Vec3(noise(random), noise(random), noise(random));
@@ -208,6 +208,18 @@ inline Samples samples(int count) {
   return m;
 }
 
+/// A patch of a tool with a body, of whose spheres `own` are contacts beside that at the surface.
+inline Patch body_patch(int r, int vertices, int triangles, int others, int own) {
+  Patch patch = shared_patch(r, vertices, triangles, others);
+  patch.turn = Eigen::Quaterniond(0.2, -0.4, 0.7, 0.1).normalized();
+  patch.torque = Vec3(0.01, -0.2, 0.03);
+  patch.sphere = {kToolStepM * Vec3(100, -2000, 3), 500 * kToolStepM};
+  patch.others.own = own;
+  for (int j = 0; j < own; ++j)
+    patch.others.of[static_cast<std::size_t>(j)].sphere = {kToolStepM * Vec3(-30000, j, 77), (j + 1) * kToolStepM};
+  return patch;
+}
+
 inline std::vector<Message> every_kind() {
   std::mt19937 random(5);
   std::vector<Message> all;
@@ -221,6 +233,10 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{attach_patch(0)}));
   all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
+  all.push_back(message(PatchMessage{body_patch(4, 6, 8, 3, 2)}));
+  Welcome tools{"w", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0};
+  tools.turns = true;
+  all.push_back(message(tools));
   all.push_back(message(PatchMessage{shared_patch(7, 8, 9, 2)}));
   Patch constant = common_patch(ContactKind::touch);
   constant.scheme = Scheme::hold;
@@ -239,8 +255,10 @@ inline std::vector<Message> every_kind() {
   playing.playing = 4711;
   all.push_back(message(playing));
   Samples held = samples(5);
-  held.orientation = Eigen::Quaterniond(0.5, -0.5, 0.1, 0.7).normalized();
+  held.samples.back().orientation = Eigen::Quaterniond(0.5, -0.5, 0.1, 0.7).normalized();
   held.buttons = {{Micros{8'000'000'000}, 1}, {Micros{9'000'001'234}, 0xffffffffu}};
+  all.push_back(message(held));
+  for (ToolSample& sample : held.samples) sample.orientation = Eigen::Quaterniond(0.1, 0.5, -0.1, -0.7).normalized();
   all.push_back(message(held));
   held = samples(0);
   held.buttons = {{Micros{-5}, 2}};
@@ -271,6 +289,8 @@ inline std::vector<Message> every_kind() {
   RoomView room{
       1515, Micros{12'345}, 19.5, 3.25, {{"left hand", Micros{120'000}, Micros{4'000}, Micros{190'000}, 1008, 30, 7, 22}}};
   room.stations.push_back({"r", {}, {}, {}, 0, 0, 0, 0, {Scheme::hyper, SchemeReason::unknown, {}, {}}});
+  all.push_back(message(room));
+  room.tool = {{kToolStepM * Vec3(1, -2, 3), 4 * kToolStepM}, {Vec3::Zero(), 32000 * kToolStepM}};
   all.push_back(message(room));
   all.push_back(
       message(Tools{17,

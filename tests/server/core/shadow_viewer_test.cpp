@@ -161,7 +161,7 @@ TEST_CASE("a viewer sees how a tool is held and which of its buttons are pressed
   const Eigen::Quaterniond held(0, 0.6, 0.8, 0);
   bench.now += 1ms;
   Samples samples{{hand.sample()}};
-  samples.orientation = held;
+  samples.samples.back().orientation = held;
   samples.buttons = {{hand.clock() - 3ms, 1}, {hand.clock() - 1ms, 2}};
   hand.say(samples);
   for (int k = 0; k < 100; ++k) {

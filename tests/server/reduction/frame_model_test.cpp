@@ -103,14 +103,14 @@ TEST_CASE(
     bench.tools[k].position = position_at(bench.skin.view(), x, bench.ports[k].point);
   }
   const Patch patch = bench.build_with_all_directions(0);
-  REQUIRE(patch.others.count == kMaxOtherTools);
+  REQUIRE(patch.others.count == kMaxOtherContacts);
   CHECK(patch.load_for == kFrameHorizon);
   // Identifies them by velocity.
   std::vector<std::size_t> contacts;
-  for (const OtherTool& other : patch.others.tools())
+  for (const OtherContact& other : patch.others.tools())
     for (std::size_t k = 1; k < bench.tools.size(); ++k)
       if ((other.velocity - bench.tools[k].velocity).norm() < 1e-12) contacts.push_back(k);
-  REQUIRE(contacts.size() == kMaxOtherTools);
+  REQUIRE(contacts.size() == kMaxOtherContacts);
   const std::size_t left_over = 10 - contacts[0] - contacts[1] - contacts[2];
 
   const auto whole = bench.dynamic(kFrameShift).lu();
@@ -120,7 +120,7 @@ TEST_CASE(
   const auto reduced = dynamic_of(patch, kFrameShift).lu();
   CHECK((Matrix(rows) * reduced.solve(Matrix(rows).transpose()) - exact).norm() < 1e-8 * exact.norm());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const OtherTool& other = patch.others.of[k];
+    const OtherContact& other = patch.others.of[k];
     const Matrix b_o = bench.input(contacts[k]);
     const Mat3 across = b.transpose() * whole.solve(b_o), own = b_o.transpose() * whole.solve(b_o);
     CHECK((Matrix(rows) * reduced.solve(Matrix(other.rows.transpose())) - across).norm() < 1e-8 * across.norm());
@@ -271,7 +271,7 @@ TEST_CASE("Tools that touch, or will within its time, are contacts of a patch, t
   CHECK(bench.build(0).others.count == 2);  // its position over the body is unknown
   const Patch patch = bench.build(0, Scheme::port, {3});
   CHECK(patch.others.count == 3);
-  CHECK(std::ranges::count_if(patch.others.tools(), [](const OtherTool& other) { return other.touching; }) == 2);
+  CHECK(std::ranges::count_if(patch.others.tools(), [](const OtherContact& other) { return other.touching; }) == 2);
   bench.tools[3].velocity = -0.01 * normal;  // 1 mm within the patch's time
   CHECK(bench.build(0, Scheme::port, {3}).others.count == 2);
 
@@ -367,7 +367,7 @@ TEST_CASE("Everywhere on its piece of the surface a frictionless touch is pushed
   bench.frame.begin(bench.state, bench.ports, bench.tools, kFrameHorizon);
   PatchRequest request;
   request.horizon = kFrameHorizon;
-  request.vertices_max = [](int, bool, int, int) { return 6; };  // so few that all are at the rim
+  request.vertices_max = [](int, bool, int, PatchContacts) { return 6; };  // so few that all are at the rim
   auto built = build_patch(bench.frame, 0, request);
   REQUIRE(built);
   Patch* const patch = &built->patch;

@@ -1,0 +1,162 @@
+// palpate-lab tools: accuracy of force and torque on tools with a body, over the round trip, and its cost.
+//
+// A cell is the handling (handling.hpp) of one scene with one tool through one scheme at one round trip, with the real cores in
+// virtual time, against the full model at 1 kHz with the same tool.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "bench/fidelity/replay.hpp"
+#include "bench/lab/cells.hpp"
+#include "bench/lab/experiments.hpp"
+#include "bench/lab/tasks.hpp"
+#include "bench/measure/handling.hpp"
+#include "common/base/error.hpp"
+#include "server/body/unload.hpp"
+#include "server/scene/tools.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<std::string_view, 3> kSchemesOfTools{"hold", "port", "hyper"};
+constexpr std::array kToolSchemes{Scheme::hold, Scheme::port, Scheme::hyper};
+
+struct ToolCell {
+  std::string scene, tool;  // at_place(), tasks.hpp
+  std::size_t scheme = 0;
+  double rtt_ms = 0;
+  // Results:
+  double force_db = 0, force_p95 = 0, torque_db = 0, torque_p95 = 0, step_n = 0;
+  double frame_bytes = 0, build_ms = 0, tick_us = 0, tick_p99_us = 0;
+};
+using ToolCells = std::vector<ToolCell>;
+
+CellTable<ToolCell> tool_table() {
+  CellTable<ToolCell> table;
+  table.parameter("scene", &ToolCell::scene)
+      .parameter("tool", &ToolCell::tool)
+      .parameter("scheme", &ToolCell::scheme, kSchemesOfTools)
+      .parameter("rtt_ms", &ToolCell::rtt_ms, "{:g}")
+      .result("force_db", &ToolCell::force_db, "{:.2f}")
+      .result("force_p95", &ToolCell::force_p95, "{:.4g}")
+      .result("torque_db", &ToolCell::torque_db, "{:.2f}")
+      .result("torque_p95", &ToolCell::torque_p95, "{:.4g}")
+      .result("step_n", &ToolCell::step_n, "{:.3g}")
+      .result("frame_bytes", &ToolCell::frame_bytes, "{:.0f}")
+      .result("build_ms", &ToolCell::build_ms, "{:.4g}")
+      .result("tick_us", &ToolCell::tick_us, "{:.4g}")
+      .result("tick_p99_us", &ToolCell::tick_p99_us, "{:.4g}");
+  return table;
+}
+
+struct ToolFlags {
+  std::string out, scenes = "scenes";
+  std::vector<std::string> only{"touch-cube", "touch-stiff", "organ"}, tools, schemes{"port", "hyper"};
+  std::vector<double> rtt_ms{0, 50, 150};
+  int places = 0;
+  CellFlags cells;
+};
+
+std::string task_of(const ToolCell& cell) { return cell.scene + "/" + cell.tool; }
+
+ToolCells tool_cells(const ToolFlags& flags) {
+  std::vector<std::string> scenes;
+  for (const std::string& name : scenes_in(flags.scenes, flags.only))
+    for (int place = flags.places == 0 ? 0 : 1; place <= flags.places; ++place) scenes.push_back(at_place(name, place));
+  std::vector<std::string> tools = flags.tools;
+  if (tools.empty())
+    for (const NamedTool& tool : named_tools()) tools.push_back(tool.name);
+  std::vector<std::size_t> schemes;
+  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemesOfTools, "--schemes"));
+  return crossed(crossed(crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools), &ToolCell::scheme, schemes),
+                 &ToolCell::rtt_ms, flags.rtt_ms);
+}
+
+void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& cell) {
+  if (tasks.contains(task_of(cell))) return;
+  const auto at = cell.scene.rfind('@');
+  Scene scene = open_scene((std::filesystem::path(folder) / (cell.scene.substr(0, at) + ".json")).string());
+  if (scene.tool.contact != ContactKind::touch)
+    throw InputError("--only " + cell.scene, "is a grasp", "a scene that a tool touches");
+  const std::vector<NamedTool>& known = named_tools();
+  const auto tool = std::find_if(known.begin(), known.end(), [&](const NamedTool& t) { return t.name == cell.tool; });
+  if (tool == known.end()) throw InputError("--tools " + cell.tool, "is not a tool of scenes/tools", list_of_tools());
+  scene.tool.shape = tool->shape;
+  const ExaminedPlace place =
+      at == std::string::npos ? top_of(scene) : drawn_places(scene, std::stoi(cell.scene.substr(at + 1))).back();
+  Motion motion = handling(place);
+  tasks.emplace(task_of(cell), SweepTask{std::move(scene), std::move(motion), {}});
+}
+
+void measure_tool(ToolCell& cell, const SweepTask& task) {
+  ReplayOptions options;
+  options.scheme = kToolSchemes[cell.scheme];
+  options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
+  options.references = {&task.reference, 1};
+  const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
+  cell.force_db = result.fidelity.snr_db;
+  cell.force_p95 = result.fidelity.p95_rel_error;
+  cell.torque_db = result.torque.snr_db;
+  cell.torque_p95 = result.torque.p95_rel_error;
+  cell.step_n = result.hand_over.max_n;
+  cell.frame_bytes = result.patch_bytes_mean;
+  cell.build_ms = result.patch_build_ms_mean;
+  cell.tick_us = 1e-3 * result.tick_ns_p50;
+  cell.tick_p99_us = 1e-3 * result.tick_ns_p99;
+}
+
+void report(const ToolCells& cells) {
+  fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "scene", "tool", "scheme", "RTT",
+             "force", "p95", "torque", "p95", "largest", "patch", "patch", "tick");
+  fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "", "", "", "ms", "dB", "%", "dB", "%",
+             "step N", "bytes", "build ms", "us (99 %)");
+  for (const ToolCell& c : cells)
+    fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n", c.scene,
+               c.tool, kSchemesOfTools[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db, 100 * c.torque_p95, c.step_n,
+               c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+}
+
+int run_tools(const ToolFlags& flags) {
+  const auto out = make_output_folder(flags.out);
+  SweepTasks tasks;
+  CellSweep<ToolCell> sweep{tool_table(), {}};
+  if (!flags.cells.merge) sweep.cells = tool_cells(flags);
+  sweep.prepare = [&](ToolCells& cells, unsigned jobs) {
+    for (const ToolCell& cell : cells) add_handling(tasks, flags.scenes, cell);
+    add_references(tasks, jobs);
+  };
+  sweep.measure = [&](ToolCell& cell) { measure_tool(cell, tasks.at(task_of(cell))); };
+  if (const auto cells = run_cells(sweep, flags.cells, out)) report(*cells);
+  return 0;
+}
+
+}  // namespace
+
+void add_tools(CLI::App& app, Run& run) {
+  auto flags = std::make_shared<ToolFlags>();
+  CLI::App* c = app.add_subcommand("tools", "measure the error of force and torque on tools with a body, over the round trip");
+  c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
+  c->add_option("--only", flags->only, "only these scenes, by file name without .json, separated by commas")
+      ->type_name("NAME")
+      ->delimiter(',')
+      ->capture_default_str();
+  c->add_option("--tools", flags->tools, "only these tools of scenes/tools, separated by commas")->type_name("NAME")->delimiter(',');
+  c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")
+      ->type_name("NAME")
+      ->delimiter(',')
+      ->capture_default_str();
+  c->add_option("--rtt-ms", flags->rtt_ms, "round trips, separated by commas")
+      ->type_name("MS")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 2000.0))
+      ->capture_default_str();
+  c->add_option("--places", flags->places, "number of places drawn on the surface of each scene; 0: its top")
+      ->type_name("N")
+      ->check(CLI::Range(0, 64));
+  flags->cells.add_to(*c);
+  c->add_option("--out", flags->out, "folder for cells.csv")->type_name("DIR")->required();
+  c->callback([flags, &run] { run = [flags] { return run_tools(*flags); }; });
+}
+
+}  // namespace palpate

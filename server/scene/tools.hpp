@@ -1,0 +1,22 @@
+// Tools that a scene may name: the files of scenes/tools, built into the programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/tool_shape.hpp"
+
+namespace palpate {
+
+struct NamedTool {
+  std::string name, what;
+  ToolShape shape;
+};
+
+/// All named tools, sorted by name.
+const std::vector<NamedTool>& named_tools();
+
+/// Lists each named tool in a line.
+std::string list_of_tools();
+
+}  // namespace palpate

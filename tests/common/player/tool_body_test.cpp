@@ -1,0 +1,116 @@
+// A tool with a body on a patch: its spheres' contacts against closed forms and against its own energy.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "common/player/player.hpp"
+#include "tests/support/floor_patch.hpp"
+
+using namespace palpate;
+using test::floor_patch, test::kStamp;
+
+namespace {
+
+constexpr double kRadiusM = 0.004, kHalfM = 0.02, kContact = 1000;
+
+/// A bar of two spheres over a frictionless floor at z = 0, `height_m` the lowest points' at the stamp. Its tool point is between
+/// the lowest points.
+Patch bar(int modes, double height_m) {
+  Patch p = floor_patch(modes);
+  const double floor_m = p.surface.vertices[0].position.z();
+  p.c_static.setZero();
+  p.contact_stiffness_n_m = kContact;
+  p.trust_radius_m = 1;
+  p.tool = Vec3(0, 0, floor_m + height_m);
+  p.turn = Rotation(Rotation::Identity());
+  p.sphere = {Vec3(-kHalfM, 0, kRadiusM), kRadiusM};
+  p.others.count = p.others.own = 1;
+  OtherContact& other = p.others.of[0];
+  other.sphere = {Vec3(kHalfM, 0, kRadiusM), kRadiusM};
+  other.gap = Vec3(0, 0, height_m);
+  other.normal = Vec3::UnitZ();
+  other.rows = p.surface.vertices[0].rows;
+  p.touching = false;
+  return p;
+}
+
+Rotation tilted(double rad) { return Rotation(Eigen::AngleAxisd(rad, Vec3::UnitY())); }
+
+}  // namespace
+
+TEST_CASE("A bar that is pressed and tilted on a floor that does not yield has the force and torque of two springs") {
+  const Patch p = bar(0, 0.001);
+  REQUIRE(check(p) == PatchFault::none);
+  PatchPlayer player(p);
+  const double floor_m = p.tool.z() - 0.001;
+  PlayerOutput out;
+  for (int ms = 1; ms <= 200; ++ms) {
+    const double tilt = 0.08 * std::sin(0.03 * ms), height_m = 0.001 - 0.003 * ms / 200.0;
+    out = player.advance({kStamp + Micros{1000 * ms}, Vec3(0, 0, floor_m + height_m), tilted(tilt)});
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3 centre = tilted(tilt) * Vec3(side * kHalfM, 0, kRadiusM);
+      const double gap_m = height_m + centre.z() - kRadiusM;
+      const Vec3 push(0, 0, kContact * std::max(0.0, -gap_m));
+      force += push;
+      torque += (centre - kRadiusM * Vec3::UnitZ()).cross(push);
+    }
+    CAPTURE(ms, tilt);
+    CHECK((out.force - force).norm() < 1e-9);
+    CHECK((out.torque - torque).norm() < 1e-11);
+    CHECK(out.contact == (force.norm() > 0));
+  }
+  CHECK(out.force.z() > 1);
+}
+
+TEST_CASE("The torque of a bar at rest is the slope of its energy over the angle, on a floor that yields") {
+  Patch p = bar(6, 0.0);
+  // The floor moves differently under the two spheres.
+  p.others.of[0].rows.col(0) *= -0.4;
+  p.others.of[0].rows.col(2) *= 1.7;
+  for (int i = 0; i < 6; ++i) p.damping(i, i) = 2 * std::sqrt(p.stiffness[i]);
+  REQUIRE(check(p) == PatchFault::none);
+  const double depth_m = 0.004;
+  const auto at_rest = [&](double tilt) {
+    PatchPlayer player(p);
+    for (int ms = 1; ms <= 1500; ++ms) {
+      const double share = std::min(1.0, ms / 300.0);
+      player.advance({kStamp + Micros{1000 * ms}, p.tool - Vec3(0, 0, share * depth_m), tilted(share * tilt)});
+    }
+    return player;
+  };
+  // Energy of modes and contact springs: with a floor at rest each spring carries its push.
+  const auto energy_j = [&](double tilt) {
+    const PatchPlayer player = at_rest(tilt);
+    const PlayerOutput& out = player.output();
+    // Two unknown pushes along z from force and torque: x_a F_a + x_b F_b = -torque.y.
+    const double xa = (tilted(tilt) * p.sphere.centre).x(), xb = (tilted(tilt) * p.others.of[0].sphere.centre).x();
+    const double fb = (-out.torque.y() - xa * out.force.z()) / (xb - xa), fa = out.force.z() - fb;
+    return player.energy() + (fa * fa + fb * fb) / (2 * kContact);
+  };
+  constexpr double kTilt = 0.05, kStep = 1e-3;
+  const double torque = at_rest(kTilt).output().torque.y();
+  const double slope = (energy_j(kTilt + kStep) - energy_j(kTilt - kStep)) / (2 * kStep);
+  CHECK(torque == Approx(-slope).epsilon(1e-3));
+  CHECK(std::abs(torque) > 1e-3);
+}
+
+TEST_CASE("A tool with a body whose device has no orientation is held upright, and one sphere without radius is the point") {
+  const Patch p = bar(4, 0.0005);
+  PatchPlayer upright(p), unsaid(p);
+  Patch one = p;
+  one.others = {};
+  one.sphere = {};
+  one.tool = p.tool;
+  Patch point = one;
+  point.turn.reset();
+  PatchPlayer sphere(one), bare(point);
+  for (int ms = 1; ms <= 100; ++ms) {
+    const Micros t = kStamp + Micros{1000 * ms};
+    const Vec3 tool = p.tool - Vec3(0, 0, 2e-5 * ms);
+    CHECK(upright.advance({t, tool, Rotation(Rotation::Identity())}).torque == unsaid.advance({t, tool}).torque);
+    CHECK(upright.output().force == unsaid.output().force);
+    CHECK(sphere.advance({t, tool, tilted(0.01 * ms)}).force == bare.advance({t, tool, tilted(0.01 * ms)}).force);
+    CHECK(sphere.output().torque.norm() == 0);
+  }
+  CHECK(bare.output().contact);
+}

@@ -1,0 +1,168 @@
+// Tools with a body in a room: spheres on a flat block against the point tool, symmetry, and what the player makes of patches.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "common/player/player.hpp"
+#include "server/room/room.hpp"
+#include "server/room/tool_track.hpp"
+#include "tests/support/bodies.hpp"
+
+using namespace palpate;
+using namespace palpate::test;
+
+namespace {
+
+constexpr Micros kBodyFrame{50'000};
+constexpr StationId kHolder = 3;
+
+/// A block, its top at z = 0.06 between 0 and 0.06 m, and one tool on it.
+class Handled {
+ public:
+  explicit Handled(const ToolShape& shape, double friction = 0.3) {
+    Scene scene = box_scene(ContactKind::touch);
+    scene.tool.shape = shape;
+    scene.tool.friction = friction;
+    room_.emplace(scene);
+    room_->start(now);
+  }
+  FrameResult frame(const std::function<ToolPose(Micros)>& tool, Scheme scheme = Scheme::port) {
+    FrameJob job;
+    job.target = now + kBodyFrame;
+    StationJob hand;
+    hand.id = kHolder;
+    hand.scheme = scheme;
+    hand.horizon = Micros{100'000};
+    for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
+      hand.samples.push_back({t, tool(t).position, tool(t).turn});
+    job.stations.push_back(hand);
+    now = job.target;
+    return room_->run(job);
+  }
+  StationFrame held(const ToolPose& pose, int frames = 30) {
+    FrameResult result;
+    for (int k = 0; k < frames; ++k) result = frame([&](Micros) { return pose; });
+    return result.stations.front();
+  }
+  Micros now{7'000'000};
+
+ private:
+  std::optional<Room> room_;
+};
+
+const Vec3 kMiddle(0.03, 0.03, 0.06);
+const ToolShape kPoint, kBall{{Vec3(0, 0, 0.005), 0.005}};
+const ToolShape kBar{{Vec3(-0.012, 0, 0.004), 0.004}, {Vec3(0, 0, 0.004), 0.004}, {Vec3(0.012, 0, 0.004), 0.004}};
+
+Rotation about(const Vec3& axis, double rad) { return Rotation(Eigen::AngleAxisd(rad, axis)); }
+
+}  // namespace
+
+TEST_CASE("A ball that is pressed into the middle of a block feels what a point does at the ball's lowest place") {
+  Handled ball(kBall, 0), point(kPoint, 0);
+  const Vec3 pressed = kMiddle - Vec3(0, 0, 0.006);
+  const StationFrame a = ball.held(pressed), b = point.held(pressed);
+  REQUIRE(b.force.z() > 0.1);
+  CHECK((a.force - b.force).norm() < 1e-3 * b.force.norm());
+  CHECK(a.tool == pressed);
+  CHECK(a.torque.norm() < 1e-6 * a.force.norm());
+}
+
+TEST_CASE("A bar that is pressed level has no torque, one that is tilted is turned back, and by the mirror image equally") {
+  Handled level(kBar, 0), one(kBar, 0), other(kBar, 0);
+  const Vec3 pressed = kMiddle - Vec3(0, 0, 0.006);
+  const StationFrame a = level.held(pressed);
+  CHECK(a.contact);
+  CHECK(a.force.z() > 0.1);
+  CHECK(a.torque.norm() < 5e-4 * a.force.norm());  // [m]: the diagonals of the triangles have no mirror image
+  const StationFrame b = one.held({pressed, about(Vec3::UnitY(), 0.15)}), c = other.held({pressed, about(Vec3::UnitY(), -0.15)});
+  CHECK(b.torque.y() < -1e-3);
+  CHECK(c.torque.y() == Approx(-b.torque.y()).epsilon(0.01));
+  CHECK(c.force.z() == Approx(b.force.z()).epsilon(0.01));
+}
+
+TEST_CASE("The patches of a bar that is pressed, rocked and slid have its contacts, and a player with them feels what the body does") {
+  const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
+  Handled body(kBar);
+  const Micros begin = body.now;
+  const auto pose = [&](Micros t) {
+    const double s = seconds(t - begin), in = std::min(1.0, s / 0.4);
+    return ToolPose(kMiddle + Vec3(0.004 * std::sin(3 * s), 0, 0.001 - 0.006 * in), about(Vec3::UnitY(), 0.12 * in * std::sin(5 * s)));
+  };
+  double error = 0, turning = 0, peak = 0, turning_peak = 0;
+  int contacts_most = 0;
+  std::optional<PatchPlayer> player;
+  for (int k = 0; k < 40; ++k) {
+    const FrameResult result = body.frame(pose, scheme);
+    const StationFrame& frame = result.stations.front();
+    if (player) {
+      for (Micros t = player->time() + kTick; t <= result.stamp; t += kTick) player->advance({t, pose(t).position, pose(t).turn});
+      error = std::max(error, (player->output().force - frame.force).norm());
+      turning = std::max(turning, (player->output().torque - frame.torque).norm());
+      peak = std::max(peak, frame.force.norm());
+      turning_peak = std::max(turning_peak, frame.torque.norm());
+    }
+    player.reset();
+    if (!frame.patch) continue;
+    REQUIRE(check(*frame.patch) == PatchFault::none);
+    REQUIRE(frame.patch->turn);
+    CHECK(frame.patch->turn->angularDistance(pose(result.stamp).turn) < 1e-9);
+    CHECK((frame.patch->tool - pose(result.stamp).position).norm() < 1e-12);
+    CHECK((frame.patch->force - frame.force).norm() < 1e-12);
+    contacts_most = std::max(contacts_most, 1 + frame.patch->others.own);
+    player.emplace(*frame.patch, frame.terms);
+    CHECK((player->output().force - frame.force).norm() < 1e-12);
+    CHECK((player->output().torque - frame.torque).norm() < 1e-12);
+  }
+  CHECK(contacts_most == 3);
+  REQUIRE(peak > 0.3);
+  REQUIRE(turning_peak > 3e-3);
+  CHECK(error < 0.15 * peak);
+  CHECK(turning < 0.15 * turning_peak);
+}
+
+TEST_CASE("A tool's body is let go of as one, and touches again from outside") {
+  Handled body(kBar);
+  const Vec3 pressed = kMiddle - Vec3(0, 0, 0.006);
+  REQUIRE(body.held(pressed).contact);
+  const StationFrame away = body.held(Vec3(kMiddle + Vec3(0, 0, 0.05)), 10);
+  CHECK_FALSE(away.contact);
+  CHECK(away.force.norm() == 0);
+  CHECK(away.torque.norm() == 0);
+  CHECK(body.held(pressed).contact);
+}
+
+TEST_CASE("A tool turns evenly between its samples, comes to rest after them, and no sample makes it spin faster than a hand") {
+  const double quarter = std::numbers::pi / 2;
+  ToolTrack track;
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3::Zero(), about(Vec3::UnitZ(), 0)},
+                                    {Micros{100'000}, Vec3::Zero(), about(Vec3::UnitZ(), quarter)}});
+  const ToolSphere tip{Vec3(0.1, 0, 0), 0};
+  for (const double share : {0.0, 0.25, 0.5, 0.9}) {
+    const ToolAt at = track.turning(from_seconds(0.1 * share)).centre_of(tip);
+    const double angle = share * quarter;
+    CHECK((at.position - 0.1 * Vec3(std::cos(angle), std::sin(angle), 0)).norm() < 1e-12);
+    if (share > 0) CHECK((at.velocity - 1.5707963267948966 * Vec3(-std::sin(angle), std::cos(angle), 0)).norm() < 1e-9);
+  }
+  const TurningTool end = track.turning(Micros{900'000});
+  CHECK(end.spin.norm() == 0);
+  CHECK(end.turn.angularDistance(about(Vec3::UnitZ(), quarter + quarter / 0.1 * kDeadReckoningS / 2)) < 1e-9);
+  ToolTrack wild;
+  for (int k = 0; k < 200; ++k)
+    wild.add(std::vector<ToolSample>{{Micros{1000 * k}, Vec3::Zero(), about(Vec3::UnitX(), k % 2 == 0 ? 0.0 : 3.0)}});
+  for (Micros t{1}; t < Micros{190'000}; t += Micros{777})
+    CHECK(wild.turning(t).spin.norm() <= ToolTrack::kFastestRadS * (1 + 1e-9));
+}
+
+TEST_CASE("Samples that come late lead the tool's rotation back without a step") {
+  ToolTrack track;
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3::Zero(), about(Vec3::UnitX(), 0)}, {Micros{10'000}, Vec3::Zero(), about(Vec3::UnitX(), 0.05)}},
+            Micros{0});
+  const Micros body{50'000};
+  const Rotation before = track.turning(body).turn;
+  const std::vector<ToolSample> late{{Micros{20'000}, Vec3::Zero(), about(Vec3::UnitX(), -0.02)},
+                                     {Micros{400'000}, Vec3::Zero(), about(Vec3::UnitX(), -0.02)}};
+  track.add(late, body);
+  CHECK(track.turning(body).turn.angularDistance(before) < 1e-9);
+  CHECK(track.turning(body + ToolTrack::kLeadBack).turn.angularDistance(about(Vec3::UnitX(), -0.02)) < 1e-9);
+}
