@@ -54,7 +54,7 @@ def check_station():
     assert abs(float(parts.group(4)) - 10) < 1, said
 
 
-subprocess.run([places.build / "bin/bindings_runs", places.scene(SCENE), places.work], check=True)
+subprocess.run([places.build / "bin/bindings_runs", places.scene(SCENE), places.work, "press"], check=True)
 check_symbols()
 subprocess.run([compiled(places.sources / "tests/bindings/check_c.c"), places.scene(SCENE), places.work], check=True, env=ENVIRONMENT)
 check_press()

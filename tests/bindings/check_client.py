@@ -3,11 +3,16 @@
 usage: check_client.py SOURCES BUILD WORK
 """
 
+import time
+
 import numpy as np
 from running import Places, serving
 
 places = Places()
 import palpate  # noqa: E402  (after the path is set)
+
+PATIENCE_S = 120
+STROKE_M = 0.01
 
 
 def raised(error, call):
@@ -18,26 +23,44 @@ def raised(error, call):
     raise AssertionError(f"no {error.__name__}")
 
 
+def tries(what):
+    """Counts from 1, while there is patience: on a busy machine a frame comes so late that a hand feels nothing, and a viewer sees an older body."""
+    end, count = time.monotonic() + PATIENCE_S, 0
+    while time.monotonic() < end:
+        yield (count := count + 1)
+    raise AssertionError(what)
+
+
 def press(client):
-    """10 mm up in 0.5 s, held for 0.5 s, and back."""
-    up = np.concatenate([np.linspace(0, 0.01, 500), np.full(500, 0.01), np.linspace(0.01, 0, 500)])
+    """10 mm up in 0.5 s, held for 0.5 s, and back, until the body pulls the tool back down: the path, and how often it took."""
+    up = np.concatenate([np.linspace(0, STROKE_M, 500), np.full(500, STROKE_M), np.linspace(STROKE_M, 0, 500)])
     path = client.home + np.outer(up, [0, 0, 1])
-    return path, client.follow(path)
+    for count in tries("the hand feels nothing"):
+        felt = client.follow(path)
+        assert felt.force.shape == path.shape and np.isfinite(felt.force).all()
+        if felt.force[500:1000, 2].min() < -0.1:
+            return path, count
 
 
 def watch(address, client):
     """A viewer beside the hand sees the body that it pulls at."""
     viewer = palpate.Viewer(address)
     viewer.wait(20)
-    client.follow(client.home + np.outer(np.linspace(0, 0.01, 500), [0, 0, 1]))
-    view = viewer.update(0.3)
+    path = client.home + np.outer(np.linspace(0, STROKE_M, 500), [0, 0, 1])
+    client.follow(path)
     body = palpate.Scene(places.scene("cube6"))
     assert viewer.scene == "cube6" and viewer.triangles.shape == body.triangles.shape
-    assert view.positions.shape == viewer.rest.shape and view.positions.dtype == np.float32 and not view.positions.flags.owndata
-    moved = np.linalg.norm(view.positions - viewer.rest, axis=1).max()
-    assert 0.003 < moved < 0.02, moved
-    [tool] = view.tools
-    assert tool.station == "arm" and tool.contact and abs(tool.position[2] - client.home[2] - 0.01) < 0.003 and tool.force[2] < 0
+    for _ in tries("the viewer does not see the body pulled"):
+        client.follow(path[-1:].repeat(50, axis=0))
+        view = viewer.update(0.3)
+        if not view or not view.tools:
+            continue
+        assert view.positions.shape == viewer.rest.shape and view.positions.dtype == np.float32 and not view.positions.flags.owndata
+        [tool] = view.tools
+        moved = np.linalg.norm(view.positions - viewer.rest, axis=1).max()
+        assert tool.station == "arm" and moved < 0.02, (tool.station, moved)
+        if moved > 0.003 and tool.contact and abs(tool.position[2] - client.home[2] - STROKE_M) < 0.003 and tool.force[2] < 0:
+            break
     kept = view.positions.copy()
     viewer.update(0.1)
     assert np.array_equal(kept, view.positions), "a view that was returned stays"
@@ -52,12 +75,10 @@ def check_session():
             status = client.status
             assert status["link"] == "joined" and status["station"] == "arm" and status["fault"] == "", status
             assert np.allclose(client.home, palpate.Scene(places.scene("cube6")).home)
-            for _ in range(2000):  # until the first patch is there
+            for _ in tries("no patch comes"):
                 if client.follow(np.repeat(client.home[None], 5, axis=0)).has_patch[-1]:
                     break
-            path, felt = press(client)
-            assert felt.force.shape == path.shape and np.isfinite(felt.force).all()
-            assert felt.force[900, 2] < -0.1, felt.force[900]  # the body pulls the tool back down
+            path, presses = press(client)
             watch(address, client)
             before = client.tick(path[-1])
             assert before.has_patch and before.force.shape == (3,)
@@ -70,11 +91,11 @@ def check_session():
     assert [h.name for h in recording.hands] == ["arm"]
     assert np.all(np.diff(hand.t_s) > 0) and np.all(np.diff(hand.force_t_s) > 0)
     deepest = hand.positions[:, 2].max() - client.home[2]
-    assert abs(deepest - 0.01) < 1e-6, deepest
+    assert abs(deepest - STROKE_M) < 1e-6, deepest
     assert hand.forces[:, 2].min() < -0.1 and hand.contact.any()
     metrics = hand.metrics(threshold_n=0.2)
     assert metrics["force_peak_n"] == np.linalg.norm(hand.forces, axis=1).max() and metrics["overs"] >= 1, metrics
-    assert abs(metrics["duration_s"] - np.ptp(hand.t_s)) < 1e-9 and 0.02 < metrics["path_m"] < 0.06, metrics
+    assert abs(metrics["duration_s"] - np.ptp(hand.t_s)) < 1e-9 and abs(metrics["path_m"] / STROKE_M - 2 * (presses + 1)) < 2, metrics  # with the viewer's, and back
     assert "threshold_n" in raised(palpate.InputError, lambda: hand.metrics(0))
     assert palpate.Scene.from_json(recording.scene_json).name == "cube6"
     assert recording.shape_at(recording.duration_s).shape[1] == 3 and recording.triangles.max() < len(recording.shape_at(recording.duration_s))

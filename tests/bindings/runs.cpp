@@ -1,8 +1,9 @@
 // Runs in C++ whose numbers other languages repeat: doubles, as they are in memory, into FOLDER/{frame,played,felt,together}.f64.
 //
-// usage: bindings_runs SCENE FOLDER
+// usage: bindings_runs SCENE FOLDER [press]      press: only frame and played
 #include <cstdio>
 #include <fstream>
+#include <string_view>
 
 #include "bench/fidelity/replay.hpp"
 #include "bench/measure/examination.hpp"
@@ -65,10 +66,15 @@ void felt(const ReplayResult& result, Numbers& numbers) {
   }
 }
 
-void run(const std::string& scene_file, const std::string& folder) {
-  const Scene scene = open_scene(scene_file);
-  press(scene, folder);
-  const Motion motion = examination(scene);
+/// The press of an examination and half of its stroke.
+Motion beginning(const Motion& motion) {
+  std::vector<MotionPoint> points(motion.points().begin(), motion.points().end());
+  std::erase_if(points, [](const MotionPoint& point) { return point.t_s > 2; });
+  return Motion(std::move(points));
+}
+
+void replays(const Scene& scene, const std::string& folder) {
+  const Motion motion = beginning(examination(scene));
   const Stopwatch no_time = [] { return std::int64_t{0}; };
   Numbers one(folder + "/felt.f64"), two(folder + "/together.f64");
   felt(replay(scene, motion, options(), no_time), one);
@@ -80,6 +86,9 @@ void run(const std::string& scene_file, const std::string& folder) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
-  palpate::run(argv[1], argv[2]);
+  const bool press_alone = argc == 4 && std::string_view(argv[3]) == "press";
+  if (argc != 3 && !press_alone) return 2;
+  const palpate::Scene scene = palpate::open_scene(argv[1]);
+  palpate::press(scene, argv[2]);
+  if (!press_alone) palpate::replays(scene, argv[2]);
 }

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "client/web/app/web_server.hpp"
+#include "client/web/io/web_server.hpp"
 #include "client/web/web_frames.hpp"
 
 namespace palpate {

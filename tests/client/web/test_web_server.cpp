@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <future>
 
-#include "client/web/app/web_server.hpp"
+#include "client/web/io/web_server.hpp"
 #include "common/base/error.hpp"
 
 using namespace palpate;

@@ -1,5 +1,5 @@
 // Boost.Asio and the standalone Asio of the rest share names at global scope: no file includes both.
-#include "client/web/app/web_server.hpp"
+#include "client/web/io/web_server.hpp"
 
 #include <netinet/tcp.h>
 #include <sodium.h>
