@@ -47,8 +47,9 @@ std::vector<CeilingForce> ceiling_forces(const Scene& scene, std::span<const Too
   assert(paths.size() == stamp_ms.size() && !paths.empty() && !paths[0].empty());
   const std::size_t ticks = paths[0].size(), n = paths.size();
   std::vector<CeilingForce> result(n);
-  for (CeilingForce& r : result) r.felt = {std::vector<Vec3>(ticks, Vec3::Zero()), std::vector<std::uint8_t>(ticks, 0),
-                                              std::vector<Vec3>(ticks, Vec3::Zero())};
+  for (CeilingForce& r : result)
+    r.felt = {std::vector<Vec3>(ticks, Vec3::Zero()), std::vector<std::uint8_t>(ticks, 0),
+              std::vector<Vec3>(ticks, Vec3::Zero())};
   std::vector<std::optional<Vec3>> at_end(n);  // force of each hand's previous branch at the tick in which the new one takes over
   std::vector<Vec3> tools;
   for (const ToolPath& path : paths) tools.push_back(path[0]);

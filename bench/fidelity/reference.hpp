@@ -23,8 +23,8 @@ class ReferenceModel {
   /// Tools begin at `tools`, one per station. Throws what settled_state() throws.
   ReferenceModel(const Scene& scene, std::span<const Vec3> tools);
   ~ReferenceModel();
-  /// Advances to `tools`, held as `turns` (empty: upright): to 0 ms at the first call, 1 ms at the second, ... Throws std::runtime_error if the model cannot be
-  /// stepped.
+  /// Advances to `tools`, held as `turns` (empty: upright): to 0 ms at the first call, 1 ms at the second, ... Throws
+  /// std::runtime_error if the model cannot be stepped.
   void tick(std::span<const Vec3> tools, std::span<const Rotation> turns = {});
   /// Copies the state of `at`, a model of the same scene with as many tools.
   void continue_from(const ReferenceModel& at);
@@ -51,9 +51,9 @@ using ToolTurns = std::vector<Rotation>;
 
 /// Throws std::runtime_error if the model cannot be stepped.
 ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns = {});
-/// Forces on several tools on one body, in the order of `paths` (and of `turns`, if given), which are equally long. `attach` has one node, so one tool. The
-/// body is reset at `resets`, ascending times into the paths. `progress` is called every tick with the share of the paths that is
-/// done.
+/// Forces on several tools on one body, in the order of `paths` (and of `turns`, if given), which are equally long. `attach` has
+/// one node, so one tool. The body is reset at `resets`, ascending times into the paths. `progress` is called every tick with the
+/// share of the paths that is done.
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
                                              std::span<const Micros> resets = {},
                                              const std::function<void(double)>& progress = {},

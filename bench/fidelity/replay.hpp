@@ -51,7 +51,7 @@ struct ReplayTick {
   Vec3 position = Vec3::Zero(), felt = Vec3::Zero(), reference = Vec3::Zero();
   Micros patch_age{};
   bool contact = false, true_contact = false;
-  Rotation turn = Rotation::Identity();                                      ///< how the tool is held
+  Rotation turn = Rotation::Identity();                              ///< how the tool is held
   Vec3 felt_torque = Vec3::Zero(), reference_torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
 };
 

@@ -69,8 +69,9 @@ ToolCells tool_cells(const ToolFlags& flags) {
     for (const NamedTool& tool : named_tools()) tools.push_back(tool.name);
   std::vector<std::size_t> schemes;
   for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemesOfTools, "--schemes"));
-  return crossed(crossed(crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools), &ToolCell::scheme, schemes),
-                 &ToolCell::rtt_ms, flags.rtt_ms);
+  return crossed(
+      crossed(crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools), &ToolCell::scheme, schemes),
+      &ToolCell::rtt_ms, flags.rtt_ms);
 }
 
 void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& cell) {
@@ -109,12 +110,12 @@ void measure_tool(ToolCell& cell, const SweepTask& task) {
 void report(const ToolCells& cells) {
   fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "scene", "tool", "scheme", "RTT",
              "force", "p95", "torque", "p95", "largest", "patch", "patch", "tick");
-  fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "", "", "", "ms", "dB", "%", "dB", "%",
-             "step N", "bytes", "build ms", "us (99 %)");
+  fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "", "", "", "ms", "dB", "%", "dB",
+             "%", "step N", "bytes", "build ms", "us (99 %)");
   for (const ToolCell& c : cells)
-    fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n", c.scene,
-               c.tool, kSchemesOfTools[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db, 100 * c.torque_p95, c.step_n,
-               c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+    fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
+               c.scene, c.tool, kSchemesOfTools[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db,
+               100 * c.torque_p95, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
 }
 
 int run_tools(const ToolFlags& flags) {
@@ -141,7 +142,9 @@ void add_tools(CLI::App& app, Run& run) {
       ->type_name("NAME")
       ->delimiter(',')
       ->capture_default_str();
-  c->add_option("--tools", flags->tools, "only these tools of scenes/tools, separated by commas")->type_name("NAME")->delimiter(',');
+  c->add_option("--tools", flags->tools, "only these tools of scenes/tools, separated by commas")
+      ->type_name("NAME")
+      ->delimiter(',');
   c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")
       ->type_name("NAME")
       ->delimiter(',')

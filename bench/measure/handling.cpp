@@ -49,10 +49,10 @@ Motion handling(const ExaminedPlace& place) {
     const Held at = held(ms * 1e-3);
     const double depth_m = at.in * (place.scale * at.depth + kGapM);
     points.push_back({ms * 1e-3, place.start + depth_m * place.into + place.scale * at.aside * place.aside});
-    const Mat3 turned = (Eigen::AngleAxisd(at.twist, normal) * Eigen::AngleAxisd(at.rock, place.aside) *
-                         Eigen::AngleAxisd(at.nod, across))
-                            .toRotationMatrix() *
-                        upright;
+    const Mat3 turned =
+        (Eigen::AngleAxisd(at.twist, normal) * Eigen::AngleAxisd(at.rock, place.aside) * Eigen::AngleAxisd(at.nod, across))
+            .toRotationMatrix() *
+        upright;
     holds.orientations.emplace_back(turned);
   }
   return Motion(std::move(points), std::move(holds), "handling");

@@ -11,7 +11,7 @@ SessionHand& hand_of(Session& session, const std::string& name) {
   const auto known =
       std::find_if(session.hands.begin(), session.hands.end(), [&](const auto& hand) { return hand.name == name; });
   if (known != session.hands.end()) return *known;
-  session.hands.push_back({name, {}, {}});
+  session.hands.push_back({name, {}, {}, {}});
   return session.hands.back();
 }
 
@@ -53,6 +53,23 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
     append(hand.path, {since_begin(tick.t), tick.position});
     append(hand.forces, {since_begin(tick.t), tick.force, tick.contact});
   }
+  for (const RecordedTurn& turn : block.turns) {
+    const bool station = recording.head().kind == RecordingKind::station;
+    const std::string name = station ? recording.head().name : recording.name_of(turn.station);
+    const auto moved = [&](const SessionHand& hand) { return hand.name == name; };
+    if (std::any_of(session.hands.begin(), session.hands.end(), moved))
+      append(hand_of(session, name).turns, {since_begin(turn.t), turn.orientation});
+  }
+}
+
+/// Returns the orientation at a time, evenly between those before and after.
+Rotation turn_at(const std::vector<SessionTurn>& turns, double t_s) {
+  const auto after =
+      std::upper_bound(turns.begin(), turns.end(), t_s, [](double t, const SessionTurn& turn) { return t < turn.t_s; });
+  if (after == turns.begin()) return turns.front().turn;
+  if (after == turns.end()) return turns.back().turn;
+  const SessionTurn& before = *std::prev(after);
+  return before.turn.slerp((t_s - before.t_s) / (after->t_s - before.t_s), after->turn);
 }
 
 /// First and last sample of any hand [s].
@@ -85,6 +102,7 @@ Session cut(Session session, double from_s, double to_s) {
   for (SessionHand& hand : session.hands) {
     std::erase_if(hand.path, outside);
     std::erase_if(hand.forces, outside);
+    std::erase_if(hand.turns, outside);
   }
   std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });
   std::erase_if(session.guidances, [&](const SessionGuidance& hold) { return hold.to_s < from_s || hold.from_s > to_s; });
@@ -113,7 +131,10 @@ std::vector<Motion> motions_of(const Session& session, std::size_t which, const 
     std::vector<MotionPoint> points = hand.path;
     for (MotionPoint& point : points) point.t_s -= begin_s;
     append(points, {end_s - begin_s, points.back().position});
-    motions.emplace_back(std::move(points), name + ", station \"" + hand.name + "\"");
+    MotionHolds holds;
+    for (const MotionPoint& point : points)
+      if (!hand.turns.empty()) holds.orientations.emplace_back(turn_at(hand.turns, begin_s + point.t_s));
+    motions.emplace_back(std::move(points), std::move(holds), name + ", station \"" + hand.name + "\"");
   }
   return motions;
 }

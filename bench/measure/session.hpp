@@ -18,10 +18,16 @@ struct SessionForce {
   bool contact = false;
 };
 
+struct SessionTurn {
+  double t_s = 0;
+  Rotation turn = Rotation::Identity();  ///< R_WT
+};
+
 struct SessionHand {
   std::string name;
   std::vector<MotionPoint> path;     ///< ascending
   std::vector<SessionForce> forces;  ///< ascending
+  std::vector<SessionTurn> turns{};  ///< ascending; empty if the device had no orientation
 };
 
 /// A time in which one hand guided another, with the mean forces of the coupling that the two reported.
@@ -45,7 +51,7 @@ Session read_session(const RecordingReader& recording);
 Session cut(Session session, double from_s, double to_s);
 
 /// Returns the hands as motions over one interval, hand `which` first: from the first sample of any hand to the last. Before it
-/// joined and after it left, a hand rests at its first and last position. Throws InputError, with `name` for the recording, if a
+/// joined and after it left, a hand rests in its first and last pose. Throws InputError, with `name` for the recording, if a
 /// hand has fewer than two samples or the session is longer than a motion can be.
 std::vector<Motion> motions_of(const Session& session, std::size_t which, const std::string& name);
 /// Per millisecond of those motions: 1 while hand `which` was present, that is between two samples at most kGoneS apart.

@@ -25,7 +25,8 @@ double across(const Patch& patch, const Normal& a, const Normal& b) {
 }  // namespace
 
 double stiffness_between_tools(const Patch& patch) noexcept {
-  if (patch.contact != ContactKind::touch || patch.constant || patch.others.count == patch.others.own || patch.modes() == 0) return 0;
+  if (patch.contact != ContactKind::touch || patch.constant || patch.others.count == patch.others.own || patch.modes() == 0)
+    return 0;
   const Triangle& corner = patch.surface.triangles[patch.point.triangle];
   const auto vertex = [&](std::size_t k) -> const PortVertex& { return patch.surface.vertices[corner[k]]; };
   const Vec3 outwards = (vertex(1).position - vertex(0).position).cross(vertex(2).position - vertex(0).position);

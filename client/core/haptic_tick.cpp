@@ -50,7 +50,8 @@ double stiffness_of_port(const Patch& patch) noexcept {
   const double compliance = compliance_of_touch(patch);
   double stiffness = compliance > 0 ? 1 / compliance : 0;
   for (const OtherContact& other : patch.others.tools().first(static_cast<std::size_t>(patch.others.own))) {
-    const double of_other = compliance_of(patch, other.rows.transpose() * other.normal, other.normal.dot(other.c_static * other.normal));
+    const double of_other =
+        compliance_of(patch, other.rows.transpose() * other.normal, other.normal.dot(other.c_static * other.normal));
     if (of_other > 0) stiffness += 1 / of_other;
   }
   return stiffness;
@@ -218,7 +219,8 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   const bool usable = in_world(reading.position), first = recent_.empty();
   // An invalid reading would stay in a model: the tool counts as standing still.
   if (usable) device_ = reading.position;
-  ToolSample sample{reading.t, device_, reading.orientation && is_unit(*reading.orientation) ? reading.orientation : Orientation()};
+  ToolSample sample{reading.t, device_,
+                    reading.orientation && is_unit(*reading.orientation) ? reading.orientation : Orientation()};
   const Micros passed = first ? kTick : sample.t - recent_.newest().t;
   const bool coupled = coupling_.stiffness_n_m > 0;
   Vec3 coupling_force = Vec3::Zero();

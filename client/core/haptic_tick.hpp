@@ -50,8 +50,8 @@ inline bool in_world(const Vec3& position) noexcept {
 struct TickOutput {
   Vec3 force = Vec3::Zero();        ///< force for the device to render, after the guard [N]
   Vec3 model_force = Vec3::Zero();  ///< force before the guard, without guidance [N]
-  Vec3 torque = Vec3::Zero();       ///< of the patch on a tool with a body, about the tool point, not passed through the guard [N m]
-  Vec3 guidance = Vec3::Zero();     ///< force of guidance before the guard [N]
+  Vec3 torque = Vec3::Zero();    ///< of the patch on a tool with a body, about the tool point, not passed through the guard [N m]
+  Vec3 guidance = Vec3::Zero();  ///< force of guidance before the guard [N]
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};           ///< now minus patch_stamp
@@ -87,8 +87,8 @@ class HapticTick {
   HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
              const CouplingParameters& coupling = {});
   /// Runs one tick. `sample.t` is on the client's clock and grows by kTick (the caller skips late ticks and never runs two in a
-  /// row). A reading outside the world is not played: the tool counts as standing still. An orientation that is not of unit length
-  /// counts as none.
+  /// row). A reading outside the world is not played: the tool counts as standing still. An orientation that is not of unit
+  /// length counts as none.
   TickOutput tick(const ToolSample& reading) noexcept;
   /// Sets the limits of the device. Before the first tick only.
   void limit(const GuardLimits& limits) noexcept { guard_ = Guard(limits); }

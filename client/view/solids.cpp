@@ -112,8 +112,7 @@ void append_instrument(SolidMesh& mesh, const Instrument& instrument) {
   }
   constexpr float kHandleM = 0.08F, kRodM = 0.0016F, kCollarM = 0.012F, kGripM = 0.0032F;
   const float end = top + kHandleM;
-  append_turned(mesh, instrument.pose.position.cast<float>(),
-                (instrument.pose.turn * Vec3::UnitZ()).cast<float>(),
+  append_turned(mesh, instrument.pose.position.cast<float>(), (instrument.pose.turn * Vec3::UnitZ()).cast<float>(),
                 {{kRodM, 0.5F * top, steel, 0.9F},
                  {kRodM, end - 3 * kCollarM, steel, 0.9F},
                  {kGripM, end - 3 * kCollarM, instrument.color, 0.5F},

@@ -1,5 +1,5 @@
-// The body of a tool: up to kMaxToolSpheres spheres that move with its frame T (tool_pose.hpp). A tool without any is the point at
-// T's origin.
+// The body of a tool: up to kMaxToolSpheres spheres that move with its frame T (tool_pose.hpp). A tool without any is the point
+// at T's origin.
 //
 //     c_j = h + R a_j       centre of sphere j
 //

@@ -4,7 +4,7 @@
 // Contact j with port rows R_j pushes with lambda_j in a step like the tool's own (player.hpp): s_j Psi0 R_j^T lambda_j of the
 // step before, (1 - s_j) of this one, and the contact law with C_j = (1 - s_j) R_j Psi0_q R_j^T + c_static,j from the gap
 //     gap_j(t) = gap_j* + v_j t' + a_j t'^2 / 2 - slid_j - R_j q,    slid_j: displacement of its point by sliding since the stamp
-// (d_j in the place of v_j t' + a_j t'^2 / 2 for the first `own`, d_j the displacement of the sphere's centre since the stamp),
+// (d_j in place of v_j t' + a_j t'^2 / 2 for the first `own`, d_j the displacement of the sphere's centre since the stamp),
 // where q includes the pushes of all contacts but j in this step: of those before j the new ones, of the rest those of the last
 // step (one sweep of block Gauss-Seidel a step, which converges because the compliance of all contacts together is positive
 // definite). Where a tool comes down its point is below it: slid_j takes up the tangential part of the gap.
@@ -34,8 +34,8 @@ class OtherContacts {
   bool empty() const { return count_ == 0; }
   /// Adds the pushes of the step before to the coming step: sum s_j Psi0 R_j^T lambda_j.
   void carry_on(StateVector& next) const noexcept;
-  /// Closes the contacts at the end of a step, with the tool there. `z`: the state there without any contact's push in this step; the other tools'
-  /// pushes are added to it. `own`: contribution of the tool's own contact to q, one step old.
+  /// Closes the contacts at the end of a step, with the tool there. `z`: the state there without any contact's push in this step;
+  /// the other tools' pushes are added to it. `own`: contribution of the tool's own contact to q, one step old.
   void close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept;
   /// Returns lambda_j, the force on the body [N].
   const Vec3& push(int j) const { return contacts_[static_cast<std::size_t>(j)].lambda; }

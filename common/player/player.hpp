@@ -13,10 +13,10 @@
 //             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less.
 //             Beyond the patch's piece of surface the tool slides along the plane at its border, where body and friction are as
 //             at the border.
-// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp). A load that changes (patch.load_rate) adds psi0 l t + psi1 l dt to the
-// drift, a sum that grows by one part a step. Stress that relaxes (patch.fading) is evaluated half a step ahead of the
-// deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f) with e = exp(-dt / time), and acts with that value in
-// the step: of second order.
+// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp). A load that changes
+// (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step. Stress that relaxes
+// (patch.fading) is evaluated half a step ahead of the deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f)
+// with e = exp(-dt / time), and acts with that value in the step: of second order.
 //
 // Shapes and units: r modes, z 2 r, Phi 2 r x 2 r, Psi0, Psi1 2 r x r; g, lambda [N, kg^1/2 m/s^2 in modes], d, d+ [m], d' [m/s],
 // R, R- 3 x r (at the contact points of this step and of the one before), C 3 x 3 [m/N]; k_c [N/m], l = load_rate. What can go

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "common/base/tool_pose.hpp"
+#include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
 #include "common/patch/patch.hpp"
-#include "common/base/tool_shape.hpp"
 #include "common/task/task.hpp"
 
 namespace palpate {

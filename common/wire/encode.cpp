@@ -61,7 +61,8 @@ class BodyWriter {
     packer_.require(m.buttons.size() <= std::size_t{kMaxButtonChanges});
     if (!packer_.ok()) return {};
     const auto buttons = button_changes(m.buttons);
-    if (m.samples.empty()) return done(wire::Payload::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, nullptr, buttons));
+    if (m.samples.empty())
+      return done(wire::Payload::Samples, wire::CreateSamples(builder_, nullptr, 0, m.playing, nullptr, buttons));
     const Orientation& last = m.samples.back().orientation;
     const auto turn = last ? packer_.turn(*last) : wire::Turn();
     const auto turns = turns_before_last(m.samples);
@@ -70,7 +71,8 @@ class BodyWriter {
       packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
     const auto base = packer_.time(m.samples[0].t);
     const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
-    return done(wire::Payload::Samples, wire::CreateSamples(builder_, &base, samples, m.playing, last ? &turn : nullptr, buttons, turns));
+    return done(wire::Payload::Samples,
+                wire::CreateSamples(builder_, &base, samples, m.playing, last ? &turn : nullptr, buttons, turns));
   }
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Payload::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {

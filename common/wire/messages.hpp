@@ -77,7 +77,7 @@ inline constexpr int kMaxButtonChanges = 4;  ///< changes of a tool's buttons in
 /// has the tool's orientation, if the device has one, or all of them have, at most kMaxTurnsPerDatagram then.
 struct Samples {
   std::vector<ToolSample> samples;
-  std::uint32_t playing = 0;     ///< seq of the patch that is played with all its terms; 0 = none, or the server has no deadband
+  std::uint32_t playing = 0;  ///< seq of the patch that is played with all its terms; 0 = none, or the server has no deadband
   std::vector<ButtonChange> buttons = {};  ///< the newest changes, ascending, at most kMaxButtonChanges; client's clock
 };
 

@@ -262,10 +262,10 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto spheres = spheres_of(packer, patch);
   const wire::ToolBody body = body_of(packer, patch);
   const auto spheres_at = spheres.size() > 0 ? builder.CreateVectorOfStructs(spheres.data(), spheres.size()) : 0;
-  return wire::CreatePatch(
-      builder, &head, floats_at, shorts_at, surface ? &touch : nullptr, !patch.constant && !is_touch ? &attach : nullptr, load_at,
-      load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at, others_at, other_rows_at,
-      patch.turn ? &body : nullptr, spheres_at);
+  return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
+                           !patch.constant && !is_touch ? &attach : nullptr, load_at,
+                           load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
+                           others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {

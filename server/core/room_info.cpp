@@ -67,8 +67,9 @@ std::vector<std::uint32_t> nodes_of(const std::vector<Triangle>& triangles, cons
 RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const LumpedBody& body = scene.body;
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
-  RoomInfo facts{scene.name, scene.tool.contact,        home, static_cast<std::uint32_t>(body.nodes.size()),
-                 {},         nodes_of(triangles, body), 0,    scene.task, scene.tool.shape};
+  RoomInfo facts{
+      scene.name, scene.tool.contact, home, static_cast<std::uint32_t>(body.nodes.size()), {}, nodes_of(triangles, body), 0,
+      scene.task, scene.tool.shape};
   std::vector<std::uint32_t> vertex_of(body.nodes.size(), kNone);
   for (const std::uint32_t node : facts.node_of) {
     vertex_of[node] = static_cast<std::uint32_t>(facts.mesh.vertices.size());

@@ -18,8 +18,9 @@ class Timeline {
   /// recordings and frames have to hold all that is kept.
   static constexpr Micros kLeastApart{250};
 
-  /// Appends a sample of the station's clock; t_server is raised if needed to stay ascending. Returns false if the sample is not newer than the last (a
-  /// repeat or a late datagram): the gap of a lost datagram stays open, and the tool moves linearly across it.
+  /// Appends a sample of the station's clock; t_server is raised if needed to stay ascending. Returns false if the sample is not
+  /// newer than the last (a repeat or a late datagram): the gap of a lost datagram stays open, and the tool moves linearly across
+  /// it.
   bool add(const ToolSample& sample, Micros t_server);
   /// Drops the samples later than `t_station`, after the station's clock turned out to be wrong.
   void forget_after(Micros t_station);

@@ -37,7 +37,8 @@ void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& por
       skin_->place(x, skin_positions_);
       placed = true;
     }
-    const Onset onset = look_for_contact(skin_->view(), skin_positions_, tools(k, at_s).position, port.sphere.radius_m, port.clearance);
+    const Onset onset =
+        look_for_contact(skin_->view(), skin_positions_, tools(k, at_s).position, port.sphere.radius_m, port.clearance);
     port.point = onset.nearest.point;
     port.lambda.setZero();
     port.touching = onset.touches;

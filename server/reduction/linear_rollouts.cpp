@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kRolloutSteps = 30;   // per tau; the error of the trapezoidal rule is then below that of the candidates
-constexpr double kPushedM = 0.007;  // a typical press of a hand; 3 to 15 mm give the same within a decibel
+constexpr int kRolloutSteps = 30;       // per tau; the error of the trapezoidal rule is then below that of the candidates
+constexpr double kPushedM = 0.007;      // a typical press of a hand; 3 to 15 mm give the same within a decibel
 constexpr Eigen::Index kFirstStep = 1;  // after the body's own motion
 
 /// Trajectories side by side, one per column, under constant or growing loads.
@@ -52,7 +52,7 @@ Vector scales(const Matrix& end, const RolloutLoads& loads) {
   for (Eigen::Index push = 0; push < pushes; ++push)
     for (const Eigen::Index first : {kFirstStep, kFirstStep + pushes}) {
       const double moved_m = loads.port.col(push).dot(end.col(first + push));
-      scale[first + push] = moved_m > 0 ? kPushedM / moved_m : 0;  // 0 if the body is fixed
+      scale[first + push] = moved_m > 0 ? std::min(kPushedM, loads.most_m[push]) / moved_m : 0;  // 0 if the body is fixed
     }
   return scale;
 }

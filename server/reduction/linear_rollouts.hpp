@@ -11,8 +11,8 @@
 //                  along and about each axis by all its contacts together (Wrench of patch_parts.hpp)
 //     slide        f = W^T (B_end lambda_end - B lambda) t / tau           the load of a tool that slides on
 //
-// with a_i such that the port has moved by kPushedM along i at the end. With C the mean of q q^T over all steps and trajectories
-// and E = K + s D + s^2 = L L^T,
+// with a_i such that the port has moved by kPushedM along i at the end, or by less where a hand does not turn it that far. With C
+// the mean of q q^T over all steps and trajectories and E = K + s D + s^2 = L L^T,
 //
 //     L^T C L = U Lambda U^T,     Q = the leading columns of L^-T U, made orthonormal
 //
@@ -31,7 +31,8 @@ namespace palpate {
 
 /// Loads in the coordinates of the candidates.
 struct RolloutLoads {
-  Matrix port;      ///< W^T B, c x 3, or c x 9 with the six wrenches of a body
+  Matrix port;      ///< W^T B, c x 3, or more with the wrenches of a body
+  Vector most_m;    ///< largest displacement by each of these
   Vector own;       ///< W^T (F + sum B lambda), over all contacts
   Vector velocity;  ///< W^T M v*
   Matrix slides;    ///< W^T (B_end lambda_end - B lambda), one column per slide; may have none

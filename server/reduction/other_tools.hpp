@@ -26,8 +26,8 @@ struct OtherTools {
 };
 
 /// Returns the effect of the ports besides `which` on a patch with this horizon. Contacts are at most kMaxOtherContacts: those of
-/// the same tool that touch or are wanted, and at most `others_max` of those of other tools that touch the surface, or will within
-/// the horizon. Requires the responses of P.
+/// the same tool that touch or are wanted, and at most `others_max` of those of other tools that touch the surface, or will
+/// within the horizon. Requires the responses of P.
 inline constexpr std::size_t kMaxOtherTools = 3;  ///< with more, less of the surface fits into a datagram
 OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t others_max);
 

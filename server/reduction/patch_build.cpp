@@ -84,12 +84,17 @@ int modes_beside(const LinearPort& model) {
 RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
   const std::vector<Vector> slides = model.body.sliding_loads(model.which);
   const std::vector<Wrench> together = wrenches(model);
-  RolloutLoads loads{Matrix(w.cols(), 3 + static_cast<Eigen::Index>(together.size())), w.transpose() * model.residual, w.transpose() * model.at.free_momentum(),
-                     Matrix(w.cols(), static_cast<Eigen::Index>(slides.size()))};
+  constexpr double kLongestM = 1;  // more than any hand goes
+  const auto pushes = 3 + static_cast<Eigen::Index>(together.size());
+  RolloutLoads loads{Matrix(w.cols(), pushes), Vector::Constant(pushes, kLongestM), w.transpose() * model.residual,
+                     w.transpose() * model.at.free_momentum(), Matrix(w.cols(), static_cast<Eigen::Index>(slides.size()))};
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     loads.port.col(axis) = w.transpose() * model.port().input[static_cast<std::size_t>(axis)];
-  for (std::size_t k = 0; k < together.size(); ++k)
-    loads.port.col(3 + static_cast<Eigen::Index>(k)) = w.transpose() * together[k].load;
+  for (std::size_t k = 0; k < together.size(); ++k) {
+    const auto push = 3 + static_cast<Eigen::Index>(k);
+    loads.port.col(push) = w.transpose() * together[k].load;
+    loads.most_m[push] = together[k].most_m;
+  }
   if (model.tool_port().touching) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
   for (const OtherTools::Contact& other : model.others.contacts) {
     const ToolPort& port = model.frame.ports()[other.tool];
@@ -124,7 +129,9 @@ struct Basis {
 
 std::optional<Basis> linear_basis(const LinearPort& model, const KrylovStart& start, const KrylovSolve& solve, int modes) {
   const bool chosen = model.request.scheme == Scheme::port && !model.grasp();
-  const auto directions = krylov_basis(model.at, start, solve, {chosen ? std::max(modes, kCandidates) + (model.others.own > 0 ? kWrenchCandidates : 0) : modes, model.p.shift()});
+  const auto directions = krylov_basis(
+      model.at, start, solve,
+      {chosen ? std::max(modes, kCandidates) + (model.others.own > 0 ? kWrenchCandidates : 0) : modes, model.p.shift()});
   model.frame.enter(BuildPhase::project);
   if (!directions) return std::nullopt;
   Basis basis{*directions, model.at.projected(*directions)};

@@ -1,4 +1,5 @@
 // What a patch is made of at its port: the first directions of a basis, and snapshots.
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <span>
@@ -28,26 +29,30 @@ std::vector<Wrench> wrenches(const LinearPort& model) {
   std::vector<Wrench> all;
   if (model.others.own == 0) return all;
   const SurfaceView skin = model.frame.skin().view();
-  std::vector<std::pair<const Port*, Vec3>> contacts{{&model.port(), position_at(skin, model.frame.positions(), model.tool_port().point)}};
+  std::vector<std::pair<const Port*, Vec3>> contacts{
+      {&model.port(), position_at(skin, model.frame.positions(), model.tool_port().point)}};
   for (const OtherTools::Contact& own : std::span(model.others.contacts).first(model.others.own))
     contacts.emplace_back(own.port, position_at(skin, model.frame.positions(), model.frame.ports()[own.tool].point));
   const auto count = static_cast<double>(contacts.size());
   Vec3 middle = Vec3::Zero();
   for (const auto& [port, at] : contacts) middle += at / count;
-  double lever2 = 0;
-  for (const auto& [port, at] : contacts) lever2 += (at - middle).squaredNorm() / count;
+  constexpr double kTurnedRad = 0.2, kLongestM = 1;  // of an instrument within the life of a patch; more than any hand goes
+  constexpr double kLeastLeverM = 0.001;             // less: the contacts are on the axis
   for (const bool about : {false, true})
-    for (Eigen::Index axis = 0; axis < 3 && (!about || lever2 > 0); ++axis) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const auto way = [&](const Vec3& at) { return about ? Vec3(Vec3::Unit(axis).cross(at - middle)) : Vec3(Vec3::Unit(axis)); };
+      double lever2 = 0;
+      for (const auto& [port, at] : contacts) lever2 += way(at).squaredNorm() / count;
+      const double lever = std::sqrt(lever2);
+      if (about && lever < kLeastLeverM) continue;
       const auto n = model.at.masses().size();
-      Wrench& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n));
-      for (const auto& [port, at] : contacts) {
-        const Vec3 unit = Vec3::Unit(axis);
-        const Vec3 way = (about ? Vec3(unit.cross(at - middle) / std::sqrt(lever2)) : unit) / count;
+      Wrench& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n), about ? kTurnedRad * lever : kLongestM);
+      for (const auto& [port, at] : contacts)
         for (std::size_t k = 0; k < 3; ++k) {
-          wrench.load += way[static_cast<Eigen::Index>(k)] * port->input[k];
-          wrench.response += way[static_cast<Eigen::Index>(k)] * port->response[k];
+          const double share = way(at)[static_cast<Eigen::Index>(k)] / (lever * count);
+          wrench.load += share * port->input[k];
+          wrench.response += share * port->response[k];
         }
-      }
     }
   return all;
 }
@@ -88,10 +93,6 @@ SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
     }
   }
   if (model.grasp()) return snapshots;
-  for (Wrench& wrench : wrenches(model)) {
-    const double moved = wrench.load.dot(wrench.response);
-    snapshots.add(SnapshotKind::port_response, wrench.response, moved > 0 ? far.norm() / moved : 1);
-  }
   const IndentationRequest request{model.frame.skin().weights(model.tool_port().point), start.ports,
                                    expected_indentations(model.tool(), -model.frame.normal(model.which), horizon_s),
                                    model.p.shift(), model.p.diagonal()};

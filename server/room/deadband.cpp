@@ -75,8 +75,7 @@ std::optional<Micros> Deadband::pass(const Patch& patch, const NonlinearTerms& t
 void Deadband::catch_up(const ToolTrack& track, Micros until) {
   std::erase_if(sent_, [&](const PatchPlayer& old) { return old.time() < track.begin(); });
   for (PatchPlayer& old : sent_)
-    for (Micros t = old.time() + kTick; t <= std::min(until, track.newest()); t += kTick)
-      old.advance(track.sample(t));
+    for (Micros t = old.time() + kTick; t <= std::min(until, track.newest()); t += kTick) old.advance(track.sample(t));
 }
 
 bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {

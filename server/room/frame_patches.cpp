@@ -93,14 +93,15 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
                   body_->hand_motion(*task.port).acceleration,
                   max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
-  task.reuses = body_->asleep() && cached && scene.tool.shape.empty() && cached->serves(task.request, frame_model_.tool(*task.port));
+  task.reuses =
+      body_->asleep() && cached && scene.tool.shape.empty() && cached->serves(task.request, frame_model_.tool(*task.port));
   task.builds = !task.reuses;
   if (task.builds) frame_model_.request_patch(*task.port, expected_slide(body_->dynamics(), task.request));
   return task;
 }
 
-/// Chooses the port at which the patch is made, and moves those of the tool that do not touch to the nearest point of the surface.
-/// Those of a body that are in reach are requested: the patch has their contacts, too.
+/// Chooses the port at which the patch is made, and moves those of the tool that do not touch to the nearest point of the
+/// surface. Those of a body that are in reach are requested: the patch has their contacts, too.
 void FramePatches::choose_port(Task& task, Micros horizon) {
   std::pair<double, double> best{-1, 0};  // force, minus height
   for (const std::size_t k : task.parts) {
@@ -178,7 +179,7 @@ void FramePatches::give_patch(const Task& task, StationFrame& frame) {
   if (body_->asleep()) station.cached = CachedPatch{task.request, *frame.patch, frame.terms};
 }
 
-/// A tool with a body: its pose in the place of the sphere at which the patch was made, and the forces of all its spheres.
+/// A tool with a body: its pose in place of the sphere at which the patch was made, and the forces of all its spheres.
 void FramePatches::set_pose(const Task& task, StationFrame& frame) const {
   const TurningTool tool = body_->tool_of(*task.job)->track.turning(body_->time());
   frame.patch->tool = frame.tool;

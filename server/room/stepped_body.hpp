@@ -68,7 +68,8 @@ class SteppedBody {
   std::vector<std::size_t> ports_of(StationId id) const;
   /// Returns the tool that a station feels with; null if it has no samples.
   const StationTool* tool_of(const StationJob& job) const;
-  /// Returns the tool of port k in body time, of a body the centre of its sphere; in a grasp its node moves from where it was grasped to the tool.
+  /// Returns the tool of port k in body time, of a body the centre of its sphere; in a grasp its node moves from where it was
+  /// grasped to the tool.
   ToolAt tool(std::size_t k, Micros t) const { return tool_at(tools_.at(ports_[k].tool), ports_[k].sphere, t); }
   /// Returns the motion of the hand at tool k, from the parabola through its positions now and 30 and 60 ms ago; without samples
   /// that old, its velocity alone.

@@ -3,12 +3,12 @@
 // with the last term only from t_b to t_b + T, and m the minimum-jerk curve (minimum_jerk.hpp). Its rotation is that of constant
 // spin between samples, R(t) = exp((1 - m) phi) R_k slerp, upright without orientations.
 //
-// A path is nowhere faster than kFastestMs and kFastestRadS, whatever the samples say: a sample that is too far away is moved onto
-// the line towards it. A tool that jumps about would otherwise cost the body many short steps.
+// A path is nowhere faster than kFastestMs and kFastestRadS, whatever the samples say: a sample that is too far away is moved
+// onto the line towards it. A tool that jumps about would otherwise cost the body many short steps.
 //
 // After the last sample the tool continues at its mean velocity and spin over the last kVelocityWindow and comes to rest
-// (tool_prediction.hpp). Samples that arrive after the body has passed them, at t_b, correct the path: the resulting jump (j, phi)
-// of the path at t_b is blended out over T, so that no body is torn.
+// (tool_prediction.hpp). Samples that arrive after the body has passed them, at t_b, correct the path: the resulting jump (j,
+// phi) of the path at t_b is blended out over T, so that no body is torn.
 #pragma once
 
 #include <span>

@@ -212,7 +212,8 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
   out.tool.friction = in.mu;
   out.tool.contact_stiffness_n_m = in.contact_stiffness_n_m;
   out.tool.radius_m = in.radius_m;
-  if (text.has("tool.named") && text.has("tool.body")) text.refuse("tool.named", "tool.named and tool.body are both given", "one of them");
+  if (text.has("tool.named") && text.has("tool.body"))
+    text.refuse("tool.named", "tool.named and tool.body are both given", "one of them");
   if (text.has("tool.named")) {
     const std::vector<NamedTool>& known = named_tools();
     const auto named = std::find_if(known.begin(), known.end(), [&](const NamedTool& tool) { return tool.name == in.named; });
@@ -223,7 +224,8 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
   }
   if (in.body) out.tool.shape = read_tool_body(text, "tool.body", *in.body);
   if (!out.tool.shape.empty() && out.tool.contact == ContactKind::attach)
-    text.refuse(in.body ? "tool.body" : "tool.named", "a grasp has a tool with a body", "a body only where tool.contact is \"touch\"");
+    text.refuse(in.body ? "tool.body" : "tool.named", "a grasp has a tool with a body",
+                "a body only where tool.contact is \"touch\"");
   if (!text.has(node)) return;
   if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");
   if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");

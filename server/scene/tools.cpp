@@ -49,7 +49,8 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
   ToolShape shape;
   for (std::size_t i = 0; i < in.spheres.size(); ++i) {
     const std::string here = at(path + ".spheres", i);
-    shape.push_back(sphere(place(text, here + ".center_m", in.spheres[i]->center_m), radius(text, here, in.spheres[i]->radius_m)));
+    shape.push_back(
+        sphere(place(text, here + ".center_m", in.spheres[i]->center_m), radius(text, here, in.spheres[i]->radius_m)));
   }
   for (std::size_t i = 0; i < in.capsules.size(); ++i) {
     const schema::ToolCapsuleT& capsule = *in.capsules[i];
@@ -71,7 +72,8 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
 
 std::string list_of_tools() {
   std::string list;
-  for (const NamedTool& tool : named_tools()) list += fmt::format("{:<14} {} ({} spheres)\n", tool.name, tool.what, tool.shape.size());
+  for (const NamedTool& tool : named_tools())
+    list += fmt::format("{:<14} {} ({} spheres)\n", tool.name, tool.what, tool.shape.size());
   return list;
 }
 

@@ -42,9 +42,13 @@ class SmallWorld {
     start_server(1);
   }
 
+  ToolShape tool;  ///< of the next server
+
   void start_server(std::uint64_t instance) {
-    server = std::make_unique<ServerCore>(test_facts(contact_),
-                                          ServerOptions{.draw = repeatable(instance), .rate_hz = 20, .deadband = deadband_});
+    RoomInfo facts = test_facts(contact_);
+    facts.tool = tool;
+    server =
+        std::make_unique<ServerCore>(facts, ServerOptions{.draw = repeatable(instance), .rate_hz = 20, .deadband = deadband_});
   }
 
   ClientCore& add(PeerId peer, const std::string& name, Micros clock_offset = {}, const std::string& shadow_of = "") {

@@ -320,8 +320,8 @@ TEST_CASE("every sample of a full datagram may have an orientation, and any rota
   std::normal_distribution<double> normal;
   for (int round = 0; round < 200; ++round) {
     for (ToolSample& sample : samples.samples)
-      sample.orientation = Eigen::Quaterniond(round % 2 == 0 ? 1e-4 * normal(random) : normal(random), normal(random), normal(random),
-                                              round % 3 == 0 ? 0 : normal(random))
+      sample.orientation = Eigen::Quaterniond(round % 2 == 0 ? 1e-4 * normal(random) : normal(random), normal(random),
+                                              normal(random), round % 3 == 0 ? 0 : normal(random))
                                .normalized();
     const Samples once = round_trip(samples), twice = round_trip(once);
     for (std::size_t i = 0; i < samples.samples.size(); ++i) {

@@ -28,7 +28,8 @@ struct Sensible {
   bool operator()(const Samples& m) const {
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       if (!sensible(m.samples[i].position, kWorldExtentM) || (m.samples[i].orientation && !is_unit(*m.samples[i].orientation)) ||
-          (i > 0 && m.samples[i].t <= m.samples[i - 1].t)) return false;
+          (i > 0 && m.samples[i].t <= m.samples[i - 1].t))
+        return false;
     for (std::size_t i = 1; i < m.buttons.size(); ++i)
       if (m.buttons[i].t <= m.buttons[i - 1].t) return false;
     return m.samples.size() <= std::size_t{kMaxSamplesPerDatagram} && m.buttons.size() <= std::size_t{kMaxButtonChanges};

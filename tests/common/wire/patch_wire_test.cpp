@@ -166,7 +166,8 @@ TEST_CASE("the contacts of a tool's spheres arrive with its pose and torque, and
       const int vertices = max_port_vertices(modes, kMaxPortTriangles, false, 0, {others, true});
       CAPTURE(others, modes, vertices);
       if (vertices < 3) continue;
-      const Patch full = seeds::body_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), others, others);
+      const Patch full =
+          seeds::body_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), others, others);
       CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
     }
 }

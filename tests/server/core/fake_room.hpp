@@ -46,7 +46,7 @@ struct FakeRoom {
     result.step_took = step_took;
     result.patches_took = patches_took;
     for (const auto& station : job.stations) {
-      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, force, in_reach};
+      StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, force, Vec3::Zero(), in_reach};
       if (in_reach && !fail && station.wants_patch) frame.patch = patch(job.target);
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;

@@ -21,7 +21,8 @@ Vector frequencies() {
 Projection undamped() { return {frequencies().cwiseAbs2().asDiagonal(), Matrix::Zero(kOscillators, kOscillators)}; }
 
 RolloutLoads no_loads() {
-  return {Matrix::Zero(kOscillators, 3), Vector::Zero(kOscillators), Vector::Zero(kOscillators), Matrix(kOscillators, 0)};
+  return {Matrix::Zero(kOscillators, 3), Vector::Ones(3), Vector::Zero(kOscillators), Vector::Zero(kOscillators),
+          Matrix(kOscillators, 0)};
 }
 
 /// Share of the energy that remains after projecting out Q, for q_i = b_i (1 - cos(omega_i t)) / omega_i^2, a constant push.

@@ -81,13 +81,15 @@ TEST_CASE("A bar that is pressed level has no torque, one that is tilted is turn
   CHECK(c.force.z() == Approx(b.force.z()).epsilon(0.01));
 }
 
-TEST_CASE("The patches of a bar that is pressed, rocked and slid have its contacts, and a player with them feels what the body does") {
+TEST_CASE(
+    "The patches of a bar that is pressed, rocked and slid have its contacts, and a player with them feels what the body does") {
   const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
   Handled body(kBar);
   const Micros begin = body.now;
   const auto pose = [&](Micros t) {
     const double s = seconds(t - begin), in = std::min(1.0, s / 0.4);
-    return ToolPose(kMiddle + Vec3(0.004 * std::sin(3 * s), 0, 0.001 - 0.006 * in), about(Vec3::UnitY(), 0.12 * in * std::sin(5 * s)));
+    return ToolPose(kMiddle + Vec3(0.004 * std::sin(3 * s), 0, 0.001 - 0.006 * in),
+                    about(Vec3::UnitY(), 0.12 * in * std::sin(5 * s)));
   };
   double error = 0, turning = 0, peak = 0, turning_peak = 0;
   int contacts_most = 0;
@@ -156,7 +158,8 @@ TEST_CASE("A tool turns evenly between its samples, comes to rest after them, an
 
 TEST_CASE("Samples that come late lead the tool's rotation back without a step") {
   ToolTrack track;
-  track.add(std::vector<ToolSample>{{Micros{0}, Vec3::Zero(), about(Vec3::UnitX(), 0)}, {Micros{10'000}, Vec3::Zero(), about(Vec3::UnitX(), 0.05)}},
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3::Zero(), about(Vec3::UnitX(), 0)},
+                                    {Micros{10'000}, Vec3::Zero(), about(Vec3::UnitX(), 0.05)}},
             Micros{0});
   const Micros body{50'000};
   const Rotation before = track.turning(body).turn;

@@ -12,8 +12,10 @@ using Catch::Matchers::Contains;
 namespace {
 
 Scene with_tool(const std::string& tool) {
-  return read_scene(R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "fixed_faces": ["z-"], "solid": {"material": "liver"}}}, "tool": )" + tool + "}",
-                    "block.json");
+  return read_scene(
+      R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "fixed_faces": ["z-"], "solid": {"material": "liver"}}}, "tool": )" +
+          tool + "}",
+      "block.json");
 }
 
 std::string refusal(const std::string& tool) {
@@ -47,19 +49,23 @@ TEST_CASE("Every named tool has a few spheres of a size that both ends share, th
 }
 
 TEST_CASE("A capsule is spheres in a row, one for each two radii of its length and one, or as many as it says") {
-  const ToolShape row = with_tool(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.03, 0, 0], "radius_m": 0.005}]}})").tool.shape;
+  const ToolShape row =
+      with_tool(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.03, 0, 0], "radius_m": 0.005}]}})").tool.shape;
   REQUIRE(row.size() == 4);
   for (std::size_t k = 0; k < 4; ++k) CHECK((row[k].centre - Vec3(0.01 * static_cast<double>(k), 0, 0)).norm() < kToolStepM);
-  CHECK(with_tool(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.03, 0, 0], "radius_m": 0.005, "spheres": 7}]}})").tool.shape.size() == 7);
+  CHECK(with_tool(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.03, 0, 0], "radius_m": 0.005, "spheres": 7}]}})")
+            .tool.shape.size() == 7);
   CHECK(with_tool(R"({"mu": 0.1})").tool.shape.empty());
 }
 
 TEST_CASE("A tool that cannot be is refused with what was expected") {
   CHECK_THAT(refusal(R"({"named": "scalpel"})"), Contains("tool.named") && Contains("shaft"));
   CHECK_THAT(refusal(R"({"body": {}})"), Contains("has no spheres"));
-  CHECK_THAT(refusal(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.2, 0, 0], "radius_m": 0.001}]}})"), Contains("has 9 spheres") && Contains("at most 8"));
+  CHECK_THAT(refusal(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.2, 0, 0], "radius_m": 0.001}]}})"),
+             Contains("has 9 spheres") && Contains("at most 8"));
   CHECK_THAT(refusal(R"({"body": {"spheres": [{"center_m": [0, 0, 0]}]}})"), Contains("radius_m"));
   CHECK_THAT(refusal(R"({"body": {"spheres": [{"center_m": [0, 0, 0.3], "radius_m": 0.01}]}})"), Contains("0.249"));
-  CHECK_THAT(refusal(R"({"body": {"spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01}]}, "named": "ball"})"), Contains("both given"));
+  CHECK_THAT(refusal(R"({"body": {"spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01}]}, "named": "ball"})"),
+             Contains("both given"));
   CHECK_THAT(refusal(R"({"contact": "attach", "named": "ball"})"), Contains("grasp"));
 }

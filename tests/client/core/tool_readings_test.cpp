@@ -64,3 +64,35 @@ TEST_CASE("a server that begins anew learns which buttons are pressed") {
   REQUIRE(heard.size() == 1);
   CHECK(heard[0].pressed == 4);
 }
+
+TEST_CASE(
+    "each sample of a tool with a body reaches the body with its orientation, over a link that loses, and of a point the last") {
+  const bool body = GENERATE(true, false);
+  SmallWorld world;
+  if (body) world.tool = {ToolSphere{Vec3(0.01, 0, 0), 0.004}};
+  world.start_server(2);
+  world.link = {20ms, 5ms, 0.1, 0.1};
+  ClientCore& core = world.add(1, "hand");
+  world.run(500ms);
+  REQUIRE(core.link() == LinkState::joined);
+  CHECK(core.welcome().turns == body);
+  world.room.jobs.clear();
+  const auto turn_at = [](Micros t) { return Rotation(Eigen::AngleAxisd(3 * std::sin(seconds(t)), Vec3(1, 2, 2) / 3)); };
+  for (int ms = 0; ms < 3000; ++ms) {
+    world.places.at(1).turn = turn_at(world.now + 1ms);
+    world.run(1ms);
+  }
+  std::size_t with = 0, all = 0;
+  for (const FrameJob& job : world.room.jobs)
+    for (const StationJob& station : job.stations)
+      for (const ToolSample& sample : station.samples) {
+        ++all;
+        if (!sample.orientation) continue;
+        ++with;
+        CHECK(sample.orientation->angularDistance(turn_at(sample.t)) <
+              0.02);  // the server's estimate of the clock is within 5 ms
+      }
+  REQUIRE(all > 2000);
+  if (body) CHECK(with > 0.9 * static_cast<double>(all));
+  if (!body) CHECK(with < 0.5 * static_cast<double>(all));
+}
