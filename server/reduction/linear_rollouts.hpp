@@ -6,7 +6,7 @@
 //
 //     q'' + D q' + K q = f(t),    D = W^T D W,  K = W^T K W
 //
-//     own motion   f = W^T (F + sum B lambda) + D q'(0),  q'(0) = W^T M v*     the body moves on, the tools keep their forces
+//     own motion   f = W^T (F + sum B lambda) + D q'(0),  q'(0) = W^T M v*     the body moves on, the tool keeps its forces
 //     step, ramp   f = a_i W^T B e_i   and   f = a_i W^T B e_i t / tau     pushed along each axis i; of a tool with a body also
 //                  along and about each axis by all its contacts together (Wrench of patch_parts.hpp)
 //     slide        f = W^T (B_end lambda_end - B lambda) t / tau           the load of a tool that slides on
@@ -33,7 +33,7 @@ namespace palpate {
 struct RolloutLoads {
   Matrix port;      ///< W^T B, c x 3, or more with the wrenches of a body
   Vector most_m;    ///< largest displacement by each of these
-  Vector own;       ///< W^T (F + sum B lambda), over all contacts
+  Vector own;       ///< W^T (F + sum B lambda), over the tool's contacts
   Vector velocity;  ///< W^T M v*
   Matrix slides;    ///< W^T (B_end lambda_end - B lambda), one column per slide; may have none
 };

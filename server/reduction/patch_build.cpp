@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
+#include <span>
 
 #include "server/reduction/fit_nonlinear_terms.hpp"
 #include "server/reduction/patch_parts.hpp"
@@ -96,7 +97,7 @@ RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
     loads.most_m[push] = together[k].most_m;
   }
   if (model.tool_port().touching) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
-  for (const OtherTools::Contact& other : model.others.contacts) {
+  for (const OtherTools::Contact& other : std::span(model.others.contacts).first(model.others.own)) {
     const ToolPort& port = model.frame.ports()[other.tool];
     for (std::size_t axis = 0; axis < 3 && port.touching; ++axis)
       loads.own += port.lambda[static_cast<Eigen::Index>(axis)] * (w.transpose() * other.port->input[axis]);

@@ -99,7 +99,7 @@ struct Stroke {
       if (job->asks_for(ShapeChannel::tension))
         for (const Vec3& x : result.positions)
           result.fields[index_of(ShapeChannel::tension)].push_back(static_cast<float>(-pull_n_m * x.z()));
-      result.stations.push_back({99, {}, {}, tool_at(t_s), Vec3(0, 0, 1), true});
+      result.stations.push_back({99, {}, {}, tool_at(t_s), Vec3(0, 0, 1), Vec3::Zero(), true});
       timed([&] { server.finish(std::move(result), now); });
     }
     for (PeerId to = 0;;) {

@@ -32,7 +32,7 @@ struct Sent {
   void frame(std::optional<Patch> patch) {
     FrameResult result;
     result.stamp = kNow;
-    result.stations.push_back({1, std::move(patch), {}, Vec3::Zero(), Vec3::Zero(), true});
+    result.stations.push_back({1, std::move(patch), {}, Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), true});
     sender.take(result, stations, body, kNow);
   }
   std::vector<Payload> all() {

@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 
 #include "common/player/player.hpp"
+#include "server/reduction/other_tools.hpp"
 #include "server/reduction/patch_build.hpp"
 #include "tests/support/bodies.hpp"
 
@@ -103,14 +104,14 @@ TEST_CASE(
     bench.tools[k].position = position_at(bench.skin.view(), x, bench.ports[k].point);
   }
   const Patch patch = bench.build_with_all_directions(0);
-  REQUIRE(patch.others.count == kMaxOtherContacts);
+  REQUIRE(patch.others.count == static_cast<int>(kMaxOtherTools));
   CHECK(patch.load_for == kFrameHorizon);
   // Identifies them by velocity.
   std::vector<std::size_t> contacts;
   for (const OtherContact& other : patch.others.tools())
     for (std::size_t k = 1; k < bench.tools.size(); ++k)
       if ((other.velocity - bench.tools[k].velocity).norm() < 1e-12) contacts.push_back(k);
-  REQUIRE(contacts.size() == kMaxOtherContacts);
+  REQUIRE(contacts.size() == kMaxOtherTools);
   const std::size_t left_over = 10 - contacts[0] - contacts[1] - contacts[2];
 
   const auto whole = bench.dynamic(kFrameShift).lu();
