@@ -29,7 +29,7 @@ inline constexpr double kSmallestStep = 1e-9;  ///< for 16-bit numbers; keeps th
 inline constexpr double kTurnMostRad = std::numbers::pi + 0.002, kTurnStepRad = kTurnMostRad / kShortMax;
 inline constexpr double kTurnRoundingRad = 2 * kTurnStepRad;  ///< tolerance for the length of a received rotation vector
 
-/// Returns the rotation vector of q, or of -q where that is shorter than pi by more than kTurnMostRad exceeds it.
+/// Returns the rotation vector of q, or of -q where q turns by more than kTurnMostRad [rad].
 inline Vec3 rotation_vector(const Rotation& q) {
   const double sign = q.w() < -0.5 * (kTurnMostRad - std::numbers::pi) ? -1 : 1, length = q.vec().norm();
   if (!(length > 0)) return Vec3::Zero();
