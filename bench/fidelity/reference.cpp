@@ -39,6 +39,7 @@ struct ReferenceModel::State {
   explicit State(const Scene& s)
       : scene(s),
         skin(scene.body, scene.tool.radius_m),
+        tissue(scene.tool.needle ? std::make_unique<NeedleTissue>(scene, skin) : nullptr),
         dynamics(scene.body),
         integrator(dynamics, skin, exact_options(scene.body)),
         body(settled_state(dynamics, s.name)),
@@ -59,7 +60,7 @@ struct ReferenceModel::State {
     port.node = scene.tool.node;
     port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
     port.tool = static_cast<std::uint32_t>(k);
-    const std::vector<ToolPort> parts = parts_of(scene.tool.shape, port);
+    const std::vector<ToolPort> parts = parts_of(scene.tool.shape, tissue.get(), port);
     ports.insert(ports.end(), parts.begin(), parts.end());
     fade[k].reset();
   }
@@ -72,6 +73,7 @@ struct ReferenceModel::State {
 
   Scene scene;
   Skin skin;
+  std::unique_ptr<NeedleTissue> tissue;
   Dynamics dynamics;
   Integrator integrator;
   BodyState body, rest;
@@ -121,6 +123,7 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
   to.grasps = from.grasps;
   to.fade = from.fade;
   to.ports = from.ports;
+  for (ToolPort& port : to.ports) port.needle.tissue = to.tissue.get();
   to.ticks = from.ticks;
 }
 
@@ -150,14 +153,21 @@ Vec3 ReferenceModel::force(std::size_t tool) const {
 Vec3 ReferenceModel::torque(std::size_t tool) const {
   const State& s = *state_;
   Vec3 torque = Vec3::Zero();
-  if (s.scene.tool.shape.empty() || s.fade[tool]) return torque;
+  if ((s.scene.tool.shape.empty() && !s.tissue) || s.fade[tool]) return torque;
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
   s.for_contacts(tool, [&](const ToolPort& port) {
-    const Vec3 contact = port.lowest(at.centre_of(port.sphere).position, normal_at(s.skin.view(), surface, port.point));
+    const Vec3 contact =
+        contact_place(port, at.centre_of(port.sphere).position, normal_at(s.skin.view(), surface, port.point));
     torque -= (contact - at.at.position).cross(port.lambda);
   });
   return torque;
+}
+
+NeedleTip ReferenceModel::tip(std::size_t tool) const {
+  for (const ToolPort& port : state_->ports)
+    if (port.tool == tool) return port.needle.tip;
+  return {};
 }
 
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths, std::span<const Micros> resets,
@@ -181,6 +191,7 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
       result[k].force.push_back(model.force(k));
       result[k].contact.push_back(model.contact(k));
       result[k].torque.push_back(model.torque(k));
+      result[k].tip.push_back(model.tip(k));
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }

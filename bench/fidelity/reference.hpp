@@ -32,7 +32,8 @@ class ReferenceModel {
   void reset();
   bool contact(std::size_t tool) const;
   Vec3 force(std::size_t tool) const;   ///< on the tool [N]
-  Vec3 torque(std::size_t tool) const;  ///< on a tool with a body, about the tool point [N m]
+  NeedleTip tip(std::size_t tool) const;  ///< of a needle
+  Vec3 torque(std::size_t tool) const;    ///< on a tool with a body, about the tool point [N m]
 
  private:
   struct State;
@@ -43,6 +44,7 @@ struct ReferenceForce {
   std::vector<Vec3> force;  ///< on the tool, one entry per position [N]
   std::vector<std::uint8_t> contact;
   std::vector<Vec3> torque;  ///< about the tool point [N m]
+  std::vector<NeedleTip> tip;  ///< of a needle
 };
 
 /// Path of a tool: its positions at 0, 1, 2, ... ms; and how it is held there, empty: upright.

@@ -115,6 +115,7 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
     tick.reference = reference.force[i];
     tick.true_contact = reference.contact[i] != 0;
     tick.reference_torque = reference.torque[i];
+    tick.reference_tip = reference.tip[i];
     felt_torque.push_back(tick.felt_torque);
     felt.push_back(tick.felt);
     contact.push_back(tick.contact);
@@ -196,6 +197,7 @@ std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results)
       references[k].force.push_back(tick.reference);
       references[k].contact.push_back(tick.true_contact ? 1 : 0);
       references[k].torque.push_back(tick.reference_torque);
+      references[k].tip.push_back(tick.reference_tip);
     }
   return references;
 }
@@ -284,7 +286,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       if (out.swapped) results[k].swaps.push_back({done.size(), {out.hand_over_step_n, out.force.norm()}});
       const Orientation turn = motions[k].orientation(t - begin);
       done.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact, false,
-                      turn.value_or(Rotation::Identity()), out.torque});
+                      turn.value_or(Rotation::Identity()), out.torque, Vec3::Zero(), out.tip, {}});
       paths[k].push_back(position);
       turns[k].push_back(done.back().turn);
       if (options.progress && k == 0)

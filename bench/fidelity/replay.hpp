@@ -53,6 +53,7 @@ struct ReplayTick {
   bool contact = false, true_contact = false;
   Rotation turn = Rotation::Identity();                              ///< how the tool is held
   Vec3 felt_torque = Vec3::Zero(), reference_torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
+  NeedleTip tip, reference_tip;                                      ///< of a needle
 };
 
 /// Force of the full model at the server, frame by frame: the force of the low-rate model.

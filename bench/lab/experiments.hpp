@@ -22,6 +22,7 @@ void add_advise(CLI::App& app, Run& run);
 void add_tissue(CLI::App& app, Run& run);
 void add_lump(CLI::App& app, Run& run);
 void add_tools(CLI::App& app, Run& run);
+void add_needle(CLI::App& app, Run& run);
 void add_stability(CLI::App& app, Run& run);
 void add_paper(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);

@@ -170,6 +170,7 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& 
   const Patch& patch = player_.patch();
   out.has_patch = true;
   out.contact = player_.output().contact;
+  out.tip = player_.needle_tip();
   out.patch_stamp = stamp_;
   out.patch_age = sample.t - stamp_;
   Vec3 force = softening_ * player_.output().force, torque = softening_ * player_.output().torque;

@@ -51,6 +51,7 @@ struct TickOutput {
   Vec3 force = Vec3::Zero();        ///< force for the device to render, after the guard [N]
   Vec3 model_force = Vec3::Zero();  ///< force before the guard, without guidance [N]
   Vec3 torque = Vec3::Zero();    ///< of the patch on a tool with a body, about the tool point, not passed through the guard [N m]
+  NeedleTip tip;                 ///< of a needle, by the patch
   Vec3 guidance = Vec3::Zero();  ///< force of guidance before the guard [N]
   bool contact = false;
   bool has_patch = false;

@@ -24,6 +24,10 @@
 //     move with the tool instead of v_o and a_o, by h + R a_j - (h* + R* a_j); with F_j their forces on the tool,
 //     force = sum_j F_j,   torque about h = sum_j (R a_j - r_j n_j) x F_j
 //
+// A needle (needle.hpp) has contacts along its path in the body instead: at the tip and at the points x_j of the path,
+//     x_j = position_j + R_j q,   u = sum_j R_j^T lambda_j + ((1 - p) R_i + p R_(i+1))^T lambda_tip,   p: place_on_path()
+// and punctures where a touch pushes it by more than F_p of the first layer along its axis.
+//
 // Where the body's stress relaxes (server/body/relaxation.hpp), with n variables u = (d, q) (attach) or q (touch) and H =
 // [[K_p, -B_k^T], [-B_k, K]] or K, each branch k of its Prony series adds share_k s_k to the forces on u,
 //     s_k' = (pull_k + H u - f - s_k) / time_k,      s_k(t*) = 0
@@ -46,6 +50,7 @@
 #include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
 #include "common/mechanics/solid_law.hpp"
+#include "common/patch/needle.hpp"
 #include "common/patch/scheme.hpp"
 
 namespace palpate {
@@ -103,11 +108,28 @@ struct PatchOthers {
   std::span<const OtherContact> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
 };
 
-/// Number of other contacts in a patch, and whether its tool has a body: what decides their room in a datagram.
+/// Number of other contacts in a patch, whether its tool has a body, and the number of layers of a needle's path: what decides
+/// their room in a datagram.
 struct PatchContacts {
   int others = 0;
   bool body = false;
-  PatchContacts(int count = 0, bool with_body = false) : others(count), body(with_body) {}  // NOLINT: a number of contacts
+  int needle_layers = 0;
+  PatchContacts(int count = 0, bool with_body = false, int layers = 0)  // NOLINT: a number of contacts
+      : others(count), body(with_body), needle_layers(layers) {}
+};
+
+/// The path of a needle in the body, if the tool is one: that of its tip, or where it does not touch, that which it would take from
+/// the point of the surface under it (needle.hpp).
+struct PatchNeedle {
+  struct Point {
+    Vec3 position = Vec3::Zero();  ///< x_j at the stamp [m]
+    PortRows rows;                 ///< motion with the modes
+    double bond_m = 0;             ///< u_j
+  };
+  NeedleLayers layers;  ///< without any: the tool is no needle
+  NeedleTip tip;        ///< at the stamp
+  std::array<Point, kNeedlePoints> points;
+  bool empty() const { return layers.count == 0; }
 };
 
 /// One branch of a stress that relaxes.
@@ -160,6 +182,7 @@ struct Patch {
   Mat3 c_static = Mat3::Zero();      ///< compliance that no mode carries [m/N]
   PortSurface surface;
   PatchOthers others;  ///< contacts with the coupling and friction above
+  PatchNeedle needle;  ///< while its tip is inside there is no contact at `point`
 
   // a tool with a body
   Orientation turn;            ///< R*; empty for a point

@@ -64,6 +64,9 @@ bool sizes_agree(const Patch& p) {
   if (p.others.own < 0 || p.others.own > (p.turn ? p.others.count : 0)) return false;
   for (const OtherContact& other : p.others.tools())
     if (other.rows.cols() != r) return false;
+  if (p.needle.layers.count < 0 || p.needle.layers.count > (uses_surface(p) && p.turn ? kMaxNeedleLayers : 0)) return false;
+  for (const PatchNeedle::Point& point : p.needle.points)
+    if (!p.needle.empty() && point.rows.cols() != r) return false;
   if (!uses_surface(p)) return true;
   const auto& s = p.surface;
   if (s.vertex_count < 3 || s.vertex_count > kMaxPortVertices || s.triangle_count < 1 || s.triangle_count > kMaxPortTriangles)
@@ -103,6 +106,26 @@ void check_other_contacts(const PatchOthers& others, Numbers& numbers) {
   }
 }
 
+void check_needle(const PatchNeedle& needle, Numbers& numbers) {
+  if (needle.empty()) return;
+  const double length_m = needle.layers.length_m;
+  numbers.within(length_m, kMinNeedleLengthM, kMaxNeedleLengthM);
+  double begins_m = 0;
+  for (const NeedleLayer& layer : needle.layers.all()) {
+    numbers.within(layer.begins_m, begins_m, &layer == needle.layers.of.data() ? 0 : length_m);
+    begins_m = layer.begins_m;
+    for (const double force : {layer.puncture_n, layer.cutting_n, layer.friction_n_m}) numbers.within(force, 0, kMaxForceN);
+  }
+  numbers.within(needle.tip.front_m, 0, length_m);
+  numbers.within(needle.tip.depth_m, 0, needle.tip.front_m);
+  numbers.within(needle.tip.layer, 0, needle.layers.count - 1);
+  for (const PatchNeedle::Point& point : needle.points) {
+    numbers.all(point.position, kWorldExtentM);
+    numbers.all(point.rows, kMaxModelEntry);
+    numbers.within(point.bond_m, -kWorldExtentM, kWorldExtentM);
+  }
+}
+
 void check_fading(const PatchRelaxation& fading, Numbers& numbers) {
   double share = 0;
   for (const PatchBranch& branch : fading.branches()) {
@@ -136,6 +159,7 @@ PatchFault check_numbers(const Patch& p) {
   }
   if (uses_surface(p)) check_surface_numbers(p, numbers);
   check_other_contacts(p.others, numbers);
+  check_needle(p.needle, numbers);
   check_sphere(p.sphere, numbers);
   numbers.all(p.torque, kMaxTorqueNM);
   if (p.turn) numbers.within(p.turn->norm(), 1 - kUnitLengthWithin, 1 + kUnitLengthWithin);

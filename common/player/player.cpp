@@ -74,11 +74,12 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
     const Vec3& normal = patch_.surface.vertices[i].normal;
     if (normal.squaredNorm() > 0) lean_[i] = normal - vertex_normal(surface(), positions(), i);
   }
-  touching_ = patch.touching;
+  touching_ = patch.touching && !patch.needle.tip.inside;
   point_ = patch.point;
   carried_ = StateVector::Zero(2 * r);
   if (patch.contact == ContactKind::touch) {
     others_ = OtherContacts(patch, psi0_, dt_);
+    needle_ = NeedleContacts(patch, psi0_);
     if (touching_ && r > 0) {
       update_response();
       push_ = -patch.force;
@@ -256,12 +257,19 @@ void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
     if (has_forces()) next.noalias() += psi0_ * forces().tail(r);
     next.noalias() += transition_ * z_;
     if (!others_.empty()) others_.carry_on(next);
+    if (!needle_.empty()) needle_.carry_on(next);
     z_ = next;
     carried_.setZero();
   }
   close_others(tool);
   output_ = {};
-  close_touch(tool);
+  if (needle_.inside()) {
+    needle_.close(z_, tool);
+    output_.contact = needle_.inside();
+    needle_.add(output_.force, output_.torque);
+  } else {
+    close_touch(tool);
+  }
   if (others_.add_own(tool, output_.force, output_.torque)) output_.contact = true;
   bend(Vec3::Zero(), Vec3::Zero());
   fade(Vec3::Zero());
@@ -274,6 +282,7 @@ void PatchPlayer::close_others(const ToolPose& tool) noexcept {
   const auto r = patch_.modes();
   ModeVector own = ModeVector::Zero(r);
   if (touching_ && r > 0) own.noalias() += (1 - share_before_) * (response_.topRows(r) * push_);
+  if (needle_.inside()) own += needle_.moved();
   others_.close(z_, own, tool);
 }
 
@@ -320,6 +329,10 @@ void PatchPlayer::close_touch(const ToolPose& pose) noexcept {
   push_ = closure.lambda;
   output_ = {-push_, true, Vec3::Zero()};
   if (patch_.turn) output_.torque = -(arm - radius_m * normal).cross(push_);
+  if (!needle_.punctures(push_, pose)) return;
+  needle_.enter(z_, position_at(view, positions(), point_) + beyond_);
+  touching_ = false;
+  clearance_ = {};
 }
 
 Vec3 PatchPlayer::vertex(int i) const {

@@ -13,7 +13,8 @@
 //             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less.
 //             Beyond the patch's piece of surface the tool slides along the plane at its border, where body and friction are as
 //             at the border.
-// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp). A load that changes
+// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp); a needle in the body has
+// contacts of its own instead (needle_contacts.hpp), from the step after the one in which it punctures. A load that changes
 // (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step. Stress that relaxes
 // (patch.fading) is evaluated half a step ahead of the deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f)
 // with e = exp(-dt / time), and acts with that value in the step: of second order.
@@ -37,6 +38,7 @@
 #include "common/patch/nonlinear_terms.hpp"
 #include "common/patch/onset.hpp"
 #include "common/patch/patch.hpp"
+#include "common/player/needle_contacts.hpp"
 #include "common/player/other_contacts.hpp"
 #include "common/player/propagator.hpp"
 
@@ -72,6 +74,8 @@ class PatchPlayer {
   const PlayerOutput& output() const { return output_; }
   /// Position of vertex `i` of the patch's surface at the end of the step [m].
   Vec3 vertex(int i) const;
+  /// Where a needle is on its path.
+  const NeedleTip& needle_tip() const { return needle_.tip(); }
   /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
   double energy() const;
 
@@ -131,6 +135,7 @@ class PatchPlayer {
   double share_before_ = 0;                                                            // s
   StateVector carried_;                                                                // s Psi0 R^T lambda, for the next step
   OtherContacts others_;
+  NeedleContacts needle_;
   Mat3 compliance_ = Mat3::Zero();  // C
   Micros time_{};
   ToolPose tool_;

@@ -159,6 +159,36 @@ WireFault read_tool_body(const wire::Patch& table, Patch& patch) {
   return sense.fault();
 }
 
+WireFault read_needle(const wire::Patch& table, Patch& patch) {
+  if (!table.needle()) return WireFault::none;
+  const wire::Needle& sent = *table.needle();
+  const int r = patch.modes(), layers = sent.layers() ? static_cast<int>(sent.layers()->size()) : 0;
+  Walk<std::int16_t> rows(sent.rows());
+  if (patch.contact != ContactKind::touch || !patch.turn || layers < 1 || layers > kMaxNeedleLayers || !sent.points() ||
+      sent.points()->size() != kNeedlePoints || rows.left() != 3 * r * kNeedlePoints)
+    return WireFault::malformed;
+  PatchNeedle& needle = patch.needle;
+  needle.layers.count = layers;
+  needle.layers.length_m = sent.length();
+  for (int k = 0; k < layers; ++k) {
+    const wire::NeedleLayer& layer = *sent.layers()->Get(static_cast<flatbuffers::uoffset_t>(k));
+    needle.layers.of[static_cast<std::size_t>(k)] = {layer.begins(), layer.puncture(), layer.cutting(), layer.friction()};
+  }
+  needle.tip = {sent.inside(), sent.depth(), sent.front(), sent.layer()};
+  for (int j = 0; j < kNeedlePoints; ++j) {
+    const wire::NeedlePoint& from = *sent.points()->Get(static_cast<flatbuffers::uoffset_t>(j));
+    PatchNeedle::Point& point = needle.points[static_cast<std::size_t>(j)];
+    point.position = pack::from(from.position());
+    point.bond_m = from.bond();
+    point.rows.resize(3, r);
+    for (int m = 0; m < r; ++m) {
+      const double step = table.floats()->Get(static_cast<flatbuffers::uoffset_t>(3 * r + m));  // as for the patch's vertices
+      for (int k = 0; k < 3; ++k) point.rows(k, m) = rows.next() * step;
+    }
+  }
+  return WireFault::none;
+}
+
 WireFault read_load(const wire::Patch& table, Patch& patch) {
   patch.load_for = Micros{table.load_for()};
   if (!table.load_rate()) return table.load_for() == 0 || patch.others.count > 0 ? WireFault::none : WireFault::malformed;
@@ -191,11 +221,13 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
     WireFault fault = patch.contact == ContactKind::touch ? read_touch(table, patch) : read_attach(table, patch);
     if (fault == WireFault::none) fault = read_others(table, patch);
     if (fault == WireFault::none) fault = read_tool_body(table, patch);
+    if (fault == WireFault::none) fault = read_needle(table, patch);
     if (fault == WireFault::none) fault = read_load(table, patch);
     return fault == WireFault::none ? read_fading(table, patch) : fault;
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
-                    !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows();
+                    !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows() &&
+                    !table.needle();
   return bare ? read_tool_body(table, patch) : WireFault::malformed;
 }
 

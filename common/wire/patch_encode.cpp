@@ -25,6 +25,7 @@ using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(coupling_shorts(kM
                                                               surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
 
 using OtherRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxOtherContacts)>;
+using NeedleRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kNeedlePoints)>;
 
 bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
@@ -40,6 +41,9 @@ bool has_modes_in_order(const Patch& patch) {
     if (surface.vertices[static_cast<std::size_t>(i)].rows.cols() != r) return false;
   if (patch.others.count < 0 || patch.others.count > kMaxOtherContacts) return false;
   if (patch.others.own < 0 || patch.others.own > (patch.turn ? patch.others.count : 0)) return false;
+  if (patch.needle.layers.count < 0 || patch.needle.layers.count > (patch.turn ? kMaxNeedleLayers : 0)) return false;
+  for (const PatchNeedle::Point& point : patch.needle.points)
+    if (!patch.needle.empty() && point.rows.cols() != r) return false;
   return std::ranges::all_of(patch.others.tools(), [&](const OtherContact& other) { return other.rows.cols() == r; });
 }
 
@@ -48,6 +52,8 @@ bool has_finite_surface(const Patch& patch) {
   if (!patch.q_rate.allFinite() || !patch.point.weight.allFinite()) return false;
   for (const auto& vertex : std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count)))
     if (!vertex.position.allFinite() || !vertex.rows.allFinite() || !vertex.normal.allFinite()) return false;
+  for (const PatchNeedle::Point& point : patch.needle.points)
+    if (!patch.needle.empty() && !point.rows.allFinite()) return false;
   return std::ranges::all_of(patch.others.tools(), [](const OtherContact& other) {
     return other.rows.allFinite() && other.normal.allFinite() && other.velocity.allFinite() && other.acceleration.allFinite();
   });
@@ -94,8 +100,8 @@ Normals normals_of(const PortSurface& surface) {
 }
 
 /// Adds the moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
-float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::Packer& packer, const Patch& patch,
-                  const Vec3& origin) {
+float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows, pack::Packer& packer,
+                  const Patch& patch, const Vec3& origin) {
   const int r = patch.modes();
   const auto vertices = std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count));
   std::array<float, kMaxModes> row_step{};
@@ -103,6 +109,8 @@ float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::P
     double largest = 0;
     for (const auto& vertex : vertices) largest = std::max(largest, vertex.rows.col(m).cwiseAbs().maxCoeff());
     for (const OtherContact& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
+    for (const PatchNeedle::Point& point : patch.needle.points)
+      if (!patch.needle.empty()) largest = std::max(largest, point.rows.col(m).cwiseAbs().maxCoeff());
     floats.add(row_step[static_cast<std::size_t>(m)] = pack::short_step(packer.number(largest)));
   }
   const float rate_step = r > 0 ? pack::short_step(packer.number(patch.q_rate.cwiseAbs().maxCoeff())) : 0.0f;
@@ -122,6 +130,9 @@ float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, pack::P
   for (const OtherContact& other : patch.others.tools())
     for (int m = 0; m < r; ++m)
       for (int k = 0; k < 3; ++k) other_rows.add(pack::to_short(other.rows(k, m), row_step[static_cast<std::size_t>(m)]));
+  for (const PatchNeedle::Point& point : patch.needle.points)
+    for (int m = 0; m < r && !patch.needle.empty(); ++m)
+      for (int k = 0; k < 3; ++k) needle_rows.add(pack::to_short(point.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   return step;
 }
 
@@ -153,6 +164,23 @@ Spheres spheres_of(pack::Packer& packer, const Patch& patch) {
 wire::ToolBody body_of(pack::Packer& packer, const Patch& patch) {
   if (!patch.turn) return {};
   return {packer.vec(patch.torque), packer.turn(*patch.turn), static_cast<std::uint16_t>(patch.constant ? 0 : patch.others.own)};
+}
+
+flatbuffers::Offset<wire::Needle> write_needle(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer,
+                                               const PatchNeedle& needle, const NeedleRows& rows) {
+  Bounded<wire::NeedleLayer, kMaxNeedleLayers> layers;
+  for (const NeedleLayer& layer : needle.layers.all())
+    layers.add({packer.number(layer.begins_m), packer.number(layer.puncture_n), packer.number(layer.cutting_n),
+                packer.number(layer.friction_n_m)});
+  Bounded<wire::NeedlePoint, kNeedlePoints> points;
+  for (const PatchNeedle::Point& point : needle.points) points.add({packer.vec(point.position), packer.number(point.bond_m)});
+  const float length = packer.number(needle.layers.length_m), front = std::min(packer.number(needle.tip.front_m), length),
+              depth = std::min(packer.number(needle.tip.depth_m), front);
+  const auto layers_at = builder.CreateVectorOfStructs(layers.data(), layers.size());
+  const auto points_at = builder.CreateVectorOfStructs(points.data(), points.size());
+  const auto rows_at = rows.size() > 0 ? builder.CreateVector(rows.data(), rows.size()) : 0;
+  return wire::CreateNeedle(builder, length, depth, front, static_cast<std::uint8_t>(needle.tip.layer), needle.tip.inside,
+                            layers_at, points_at, rows_at);
 }
 
 std::uint16_t to_weight(double weight) {
@@ -209,6 +237,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   Floats floats;
   Shorts shorts;
   OtherRows other_rows;
+  NeedleRows needle_rows;
   wire::AttachPort attach;
   wire::TouchPort touch;
   const bool is_touch = patch.contact == ContactKind::touch;
@@ -218,7 +247,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   if (!patch.constant) add_modes(floats, shorts, packer, patch);
   if (!patch.constant && is_touch) {
     const wire::Point origin = packer.point(patch.surface.vertices[0].position);
-    const float step = add_surface(floats, shorts, other_rows, packer, patch, pack::from(origin));
+    const float step = add_surface(floats, shorts, other_rows, needle_rows, packer, patch, pack::from(origin));
     const std::uint16_t w0 = to_weight(patch.point.weight[0]);
     const std::uint16_t w1 = std::min(to_weight(patch.point.weight[1]), static_cast<std::uint16_t>(pack::kWeightMax - w0));
     touch = {packer.number(patch.contact_stiffness_n_m),
@@ -259,13 +288,14 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto tools = other_tools(packer, patch.others);
   const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
+  const auto needle_at = surface && !patch.needle.empty() ? write_needle(builder, packer, patch.needle, needle_rows) : 0;
   const auto spheres = spheres_of(packer, patch);
   const wire::ToolBody body = body_of(packer, patch);
   const auto spheres_at = spheres.size() > 0 ? builder.CreateVectorOfStructs(spheres.data(), spheres.size()) : 0;
   return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
                            !patch.constant && !is_touch ? &attach : nullptr, load_at,
                            load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
-                           others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at);
+                           others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at, needle_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -284,10 +314,12 @@ namespace {
 int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
+  constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
   const int others = contacts.others;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
          (others > 0 ? kOthersOverheadBytes + others * (kOtherContactBytes + 6 * modes) : 0) +
          (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
+         (contacts.needle_layers > 0 ? kNeedleBytes + kLayerBytes * contacts.needle_layers + 6 * kNeedlePoints * modes : 0) +
          (branches > 0 ? kBranchesOverheadBytes + branches * (kBranchBytes + 2 * variables) : 0);
 }
 

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "server/scene/tools.hpp"
+
 namespace palpate {
 namespace {
 
@@ -69,7 +71,7 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
   RoomInfo facts{
       scene.name, scene.tool.contact, home, static_cast<std::uint32_t>(body.nodes.size()), {}, nodes_of(triangles, body), 0,
-      scene.task, scene.tool.shape};
+      scene.task, drawn_shape(scene.tool)};
   std::vector<std::uint32_t> vertex_of(body.nodes.size(), kNone);
   for (const std::uint32_t node : facts.node_of) {
     vertex_of[node] = static_cast<std::uint32_t>(facts.mesh.vertices.size());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/limits.hpp"
+#include "server/dynamics/needle_ports.hpp"
 
 namespace palpate {
 namespace {
@@ -14,7 +15,11 @@ bool is_alone(const std::vector<ToolPort>& ports) {
 
 bool same_contacts(const std::vector<ToolPort>& before, const std::vector<ToolPort>& after) {
   return std::equal(after.begin(), after.end(), before.begin(),
-                    [](const ToolPort& p, const ToolPort& q) { return p.touching == q.touching; });
+                    [](const ToolPort& p, const ToolPort& q) {
+                      const NeedleTip &a = p.needle.tip, &b = q.needle.tip;
+                      if (p.needle.part == NeedlePart::shaft) return true;
+                      return p.touching == q.touching && a.inside == b.inside && a.layer == b.layer;
+                    });
 }
 
 bool touches(const std::vector<ToolPort>& ports) {
@@ -153,7 +158,7 @@ void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort
   dynamics_->forces(state, f);
   for (const ToolPort& p : ports) {
     if (p.kind != ContactKind::touch || !p.touching) continue;
-    scatter(skin_->weights(p.point), p.lambda, f);
+    scatter(weights_of(*skin_, p), p.lambda, f);
   }
 }
 
@@ -193,7 +198,11 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
 
   const auto run = [&](Stage& stage) {
     std::vector<Vec3> points(ports.size());
-    for (std::size_t k = 0; k < ports.size(); ++k) points[k] = tools(k, stage.end_s).position;
+    for (std::size_t k = 0; k < ports.size(); ++k) {
+      const ToolAt tool = tools(k, stage.end_s);
+      points[k] = tool.position;
+      ports[k].needle.axis = tool.axis;
+    }
     hold_nodes(stage, ports, points, state);
     return solve_stage(stage, points, state, ports, report);
   };

@@ -22,7 +22,7 @@
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
 // (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the
-// point and normal that the tool slides to in the stage. A contact that no hand could hold (is_lost()) ends. A tool
+// point and normal that the tool slides to in the stage. A needle in the body (needle_ports.hpp) has contacts on its path. A contact that no hand could hold (is_lost()) ends. A tool
 // that is still inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most
 // event_step_s. The tool's own samples drive every stage.
 //
@@ -80,7 +80,7 @@ class Integrator final : public Stepper {
   };
   struct PortResponse {  // of one touching port under the current matrix
     bool valid = false;
-    SurfacePoint point;       // where w was computed
+    ToolPort port;            // for which w was computed
     std::array<Vector, 3> w;  // columns of A^-1 B there
     Skin::Weights b;          // of where the port is
   };
@@ -97,12 +97,12 @@ class Integrator final : public Stepper {
               AdvanceReport& report);
   bool refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report);
   void place(const Stage& stage, BodyState& state) const;
-  /// Normals at the contacts where the skin was placed last.
-  std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports) const;
+  /// Normals at the contacts where the skin was placed last; of those on a path its direction.
+  std::vector<Vec3> normals_of(const std::vector<ToolPort>& ports, const Vector& x) const;
   /// Moves contacts that slip on to where they are closed again; false where none slips by more than kSlipToleranceM.
   bool slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports);
   void finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,
-                       std::vector<ToolPort>& ports) const;
+                       std::vector<ToolPort>& ports);
   void update_responses(const std::vector<ToolPort>& ports, const std::vector<std::size_t>& touching, const Vector& x,
                         AdvanceReport& report);
   void couple(const std::vector<std::size_t>& touching, double a);

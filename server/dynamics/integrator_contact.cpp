@@ -1,5 +1,6 @@
 #include "server/dynamics/contact_sweeps.hpp"
 #include "server/dynamics/integrator.hpp"
+#include "server/dynamics/needle_ports.hpp"
 
 namespace palpate {
 namespace {
@@ -13,7 +14,7 @@ bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const Body
   bool any = false;
   std::vector<double> x;
   for (std::size_t k = 0; k < ports.size(); ++k) {
-    if (ports[k].kind != ContactKind::touch || ports[k].touching || skin_->empty()) continue;
+    if (ports[k].kind != ContactKind::touch || ports[k].touching || ports[k].on_path() || skin_->empty()) continue;
     if (x.empty()) skin_->place(state.x, x);
     const Onset onset = look_for_contact(skin_->view(), x, tool_points[k], ports[k].sphere.radius_m, ports[k].clearance);
     ports[k].point = onset.nearest.point;
@@ -28,9 +29,9 @@ void Integrator::update_responses(const std::vector<ToolPort>& ports, const std:
                                   AdvanceReport& report) {
   for (const std::size_t k : touching) {
     PortResponse& r = responses_[k];
-    r.b = skin_->weights(ports[k].point);
+    r.b = weights_of(*skin_, ports[k]);
     const auto way_m = [&] {
-      return (skin_->position(ports[k].point, r.b, x) - skin_->position(r.point, skin_->weights(r.point), x)).norm();
+      return (position_of(*skin_, ports[k], r.b, x) - position_of(*skin_, r.port, weights_of(*skin_, r.port), x)).norm();
     };
     if (r.valid && way_m() <= kNearSpacings * spacing_m_) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -40,7 +41,7 @@ void Integrator::update_responses(const std::vector<ToolPort>& ports, const std:
       r.w[axis].resize(0);
       report.solver_iterations += solver_.solve(b, options_.solve_tolerance, r.w[axis]).iterations;
     }
-    r.point = ports[k].point;
+    r.port = ports[k];
     r.valid = true;
   }
 }
@@ -68,8 +69,11 @@ void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_p
   couple(touching, stage.a);
   std::vector<SweptContact> contacts;
   for (const std::size_t k : touching) {
-    const Vec3 end = skin_->position(ports[k].point, responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv);
-    contacts.push_back({k, end, normals[k], ports[k].lowest(tool_points[k], normals[k])});
+    const Vec3 end = position_of(*skin_, ports[k], responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv);
+    if (ports[k].on_path())
+      contacts.push_back({k, end, normals[k], joined_point(ports[k], tool_points[k]), path_contact(ports[k], state.x)});
+    else
+      contacts.push_back({k, end, normals[k], ports[k].lowest(tool_points[k], normals[k])});
   }
   sweep_contacts(coupling_, contacts, ports);
   for (const SweptContact& contact : contacts) {

@@ -4,6 +4,7 @@
 #include "common/base/limits.hpp"
 #include "common/patch/contact_law.hpp"
 #include "server/dynamics/integrator.hpp"
+#include "server/dynamics/needle_ports.hpp"
 
 namespace palpate {
 
@@ -33,19 +34,28 @@ bool Integrator::refresh_matrix(const BodyState& state, double a, bool indefinit
   return false;
 }
 
-std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports) const {
+std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports, const Vector& x) const {
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ());
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (ports[k].kind == ContactKind::touch && ports[k].touching)
-      normals[k] = normal_at(skin_->view(), skin_positions_, ports[k].point);
+      normals[k] =
+          ports[k].on_path() ? along_path(ports[k], x) : normal_at(skin_->view(), skin_positions_, ports[k].point);
   return normals;
 }
 
 void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std::vector<Vec3>& slips, const BodyState& state,
-                                 std::vector<ToolPort>& ports) const {
+                                 std::vector<ToolPort>& ports) {
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
     if (port.kind != ContactKind::touch || !port.touching) continue;
+    if (port.on_path()) {
+      const Vec3 gap = joined_point(port, tool_points[k]) - position_of(*skin_, port, responses_[k].b, state.x);
+      if (is_lost(port, gap.norm(), spacing_m_))
+        leave_body(ports, k);
+      else
+        slide_on_path(ports, k, slips[k].dot(along_path(port, state.x)), state.x);
+      continue;
+    }
     const Vec3 normal = normal_at(skin_->view(), skin_positions_, port.point);
     const Vec3 gap = port.lowest(tool_points[k], normal) - skin_->position(port.point, responses_[k].b, state.x);
     if (is_lost(port, gap.norm(), spacing_m_)) port.lambda.setZero();
@@ -53,6 +63,8 @@ void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std
     if (!port.touching) port.clearance = clearance_of(port.point, gap, normal);
     if (slips[k].squaredNorm() > 0) port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
   }
+  if (follow_needles(tool_points, state.x, ports))
+    for (PortResponse& r : responses_) r.valid = false;
 }
 
 bool Integrator::slide_on(std::vector<Vec3>& slips, const BodyState& state, std::vector<ToolPort>& ports) {
@@ -62,7 +74,10 @@ bool Integrator::slide_on(std::vector<Vec3>& slips, const BodyState& state, std:
     if (port.kind != ContactKind::touch || !port.touching || !(slips[k].norm() > kSlipToleranceM)) continue;
     if (!any) skin_->place(state.x, skin_positions_);
     any = true;
-    port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
+    if (port.on_path())
+      slide_on_path(ports, k, slips[k].dot(along_path(port, state.x)), state.x);
+    else
+      port.point = slide(skin_->view(), skin_positions_, port.point, slips[k]);
     slips[k].setZero();
   }
   return any;
@@ -81,7 +96,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   const bool contact =
       std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
   if (contact) skin_->place(state.x, skin_positions_);
-  std::vector<Vec3> normals = normals_of(ports);
+  std::vector<Vec3> normals = normals_of(ports, state.x);
   std::vector<Vec3> slips(ports.size(), Vec3::Zero());
   bool fresh = !(std::abs(matrix_a_ - a) < 0.01 * a);
   if (fresh && !refresh_matrix(state, a, false, report)) return false;
@@ -126,7 +141,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
         ++slides;
         since_slide = 0;
         last_move = 0;
-        normals = normals_of(ports);
+        normals = normals_of(ports, state.x);
         continue;
       }
       finish_contacts(tool_points, slips, state, ports);

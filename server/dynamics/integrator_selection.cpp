@@ -40,7 +40,10 @@ Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const
   const double step_cost_s = 1e-9 * static_cast<double>(edges_of(dynamics.body()).size()) * edge_ns * fading;
   double step_s = scene.solver.step_s;
   if (finely) step_s = std::min(step_s, std::max(kShortestS, step_cost_s / kAffordable));
-  return candidate(std::make_unique<Integrator>(dynamics, skin, IntegratorOptions{step_s}), "tr-bdf2",
+  constexpr double kPunctureStepS = 0.001;  // a puncture is felt to a tick
+  IntegratorOptions options{step_s};
+  if (scene.tool.needle) options.event_step_s = kPunctureStepS;
+  return candidate(std::make_unique<Integrator>(dynamics, skin, options), "tr-bdf2",
                    fmt::format("steps of {:.2g} ms", 1e3 * step_s), step_cost_s / step_s, step_s);
 }
 
@@ -71,6 +74,11 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
                      fmt::format("{} or \"automatic\": {}", instead, why));
   };
   const bool covered = ExplicitBody::covers(dynamics.body());
+  const bool is_explicit =
+      scene.solver.integrator == IntegratorKind::leapfrog || scene.solver.integrator == IntegratorKind::stabilised;
+  if (scene.tool.needle && is_explicit)
+    refuse(scene.solver.integrator == IntegratorKind::leapfrog ? "explicit" : "stabilised", "\"tr-bdf2\"",
+           "a needle is for implicit steps");
   switch (scene.solver.integrator) {
     case IntegratorKind::automatic:
       return {};
@@ -92,6 +100,7 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
 
 ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
+  if (scene.tool.needle) return chosen(implicit_candidate(scene, dynamics, skin, true), "a needle is for implicit steps");
   if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kExplicitBodies);
   Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
   const Spectrum spectrum = spectrum_of(dynamics);

@@ -9,8 +9,21 @@
 #include "common/patch/contact_law.hpp"
 #include "common/patch/onset.hpp"
 #include "server/body/dynamics.hpp"
+#include "server/body/needle_tissue.hpp"
 
 namespace palpate {
+
+/// Part of a needle that a port is; its ports are consecutive, the tip first, then the shaft at each point of its path.
+enum class NeedlePart : std::uint8_t { none, tip, shaft };
+struct NeedlePort {
+  NeedlePart part = NeedlePart::none;
+  const NeedleTissue* tissue = nullptr;    ///< that outlives the port
+  std::shared_ptr<const NeedlePath> path;  ///< outside: that which it would take, if known
+  NeedleTip tip;                           ///< also of the shaft's ports, at the begin of a step
+  int point = 0;                           ///< shaft: j
+  double bond_m = 0;                       ///< shaft: u_j
+  Vec3 axis = Vec3::UnitZ();               ///< at the end of the stage
+};
 
 struct ToolPort {
   ContactKind kind = ContactKind::touch;
@@ -23,6 +36,9 @@ struct ToolPort {
   SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
   Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
   Clearance clearance;           ///< touch: while it does not
+  NeedlePort needle;
+  /// Returns true if its contact is on a needle's path in the body.
+  bool on_path() const { return needle.part == NeedlePart::shaft || needle.tip.inside; }
   /// Returns the lowest point of the sphere around `centre` over a surface with this normal.
   Vec3 lowest(const Vec3& centre, const Vec3& normal) const { return centre - sphere.radius_m * normal; }
 };
@@ -30,6 +46,7 @@ struct ToolPort {
 struct ToolAt {
   Vec3 position = Vec3::Zero();  ///< [m]
   Vec3 velocity = Vec3::Zero();  ///< [m/s]
+  Vec3 axis = Vec3::UnitZ();     ///< z of the tool's frame
 };
 /// Position and velocity of tool `port` at body time `time_s`.
 using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;

@@ -10,6 +10,7 @@
 #include "common/io/monotonic.hpp"
 #include "server/io/udp_server.hpp"
 #include "server/record/resume.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -27,7 +28,7 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.scene_file = named.file;
   head.surface = recorded_surface(named.scene);
   head.task = named.scene.task;
-  head.tool = named.scene.tool.shape;
+  head.tool = drawn_shape(named.scene.tool);
   return head;
 }
 

@@ -69,14 +69,16 @@ const std::vector<double>& FrameModel::positions() {
 }
 
 Vec3 FrameModel::place_of(const ToolPort& port) const {
-  return port.kind == ContactKind::attach ? dynamics_->body().nodes[port.node]
-                                          : position_at(skin_->view(), skin_->rest(), port.point);
+  if (port.kind == ContactKind::attach) return dynamics_->body().nodes[port.node];
+  if (!port.on_path()) return position_at(skin_->view(), skin_->rest(), port.point);
+  const Vector& rest = dynamics_->rest_state().x;
+  return position_of(*skin_, port, weights_of(*skin_, port), rest);
 }
 
 std::vector<FrameModel::SlidingLoad> FrameModel::sliding_loads(std::size_t k) {
   std::vector<SlidingLoad> loads;
   const ToolPort& port = ports()[k];
-  if (!wanted_[k] || !port.touching || wanted_[k]->time_s == 0) return loads;
+  if (!wanted_[k] || !port.touching || port.on_path() || wanted_[k]->time_s == 0) return loads;
   for (const Vec3& way : expected_slides(tools_[k].velocity, normal(k), *wanted_[k])) {
     const SurfacePoint end = slide(skin_->view(), positions(), port.point, way);
     const auto turn = Eigen::Quaterniond::FromTwoVectors(normal(k), normal_at(skin_->view(), positions(), end));
@@ -87,7 +89,7 @@ std::vector<FrameModel::SlidingLoad> FrameModel::sliding_loads(std::size_t k) {
 
 bool FrameModel::will_touch(std::size_t k, Micros horizon) {
   const ToolPort& port = ports()[k];
-  if (port.kind == ContactKind::attach) return false;
+  if (port.kind == ContactKind::attach || port.on_path()) return false;
   if (port.touching || !wanted_[k]) return port.touching;
   const Vec3 above = gap(k);
   const HandMotion way = path(k, horizon);
@@ -128,7 +130,7 @@ void BodyFrame::settle() {
       nodes.push_back(port.node);
     } else if (port.touching || frame_->is_wanted(k)) {
       places.push_back(frame_->place_of(port));
-      for (const auto& [node, weight] : frame_->skin().weights(port.point)) nodes.push_back(node);
+      for (const auto& [node, weight] : weights_of(frame_->skin(), port)) nodes.push_back(node);
     }
   }
   const std::uint64_t before = body_->generation();
@@ -192,7 +194,7 @@ const Vector& BodyFrame::total() {
   if (!total_) {
     total_ = forces();
     for (const ToolPort& p : frame_->ports())
-      if (p.kind == ContactKind::touch && p.touching) scatter(weights(p.point), p.lambda, *total_);
+      if (p.kind == ContactKind::touch && p.touching) scatter(weights(p), p.lambda, *total_);
     mask(held_, *total_);
   }
   return *total_;
@@ -235,7 +237,7 @@ bool BodyFrame::respond(SharedSystem& p, std::size_t which, Own own) {
     const ToolPort& port = frame_->ports()[k];
     const bool touch = port.kind == ContactKind::touch;
     if (k != which && !(touch && (port.touching || frame_->is_wanted(k)))) continue;
-    if (!p.knows(k) && touch) p.add_touch(k, weights(port.point));
+    if (!p.knows(k) && touch) p.add_touch(k, weights(port));
     if (!p.knows(k) && !touch) p.add_grasp(k, coordinate(port.node));
     if (auto slides = sliding_loads(k); !slides.empty()) loads.slides.emplace(k, std::move(slides));
   }

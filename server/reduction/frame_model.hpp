@@ -23,6 +23,7 @@
 #include <span>
 
 #include "server/dynamics/integrator.hpp"
+#include "server/dynamics/needle_ports.hpp"
 #include "server/reduction/basis.hpp"
 #include "server/reduction/build_phase.hpp"
 #include "server/reduction/shared_system.hpp"
@@ -148,8 +149,9 @@ class BodyFrame {
   void select_subdomain(std::size_t which);
   /// Returns the coordinate of a node that is held, or near a tool.
   std::uint32_t coordinate(std::uint32_t node) const { return body_->coordinate(node); }
-  /// Returns B at a point of the skin.
+  /// Returns B at a point of the skin, and at the point of the body at which a port pushes.
   Skin::Weights weights(const SurfacePoint& point) const { return body_->restricted(frame_->skin().weights(point)); }
+  Skin::Weights weights(const ToolPort& port) const { return body_->restricted(weights_of(frame_->skin(), port)); }
   /// Returns the displacements of the coordinates from the present state to those of the last frames, to the predicted states and
   /// to rest, in this order.
   const SnapshotSet& snapshots();

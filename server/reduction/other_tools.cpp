@@ -37,11 +37,20 @@ OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t whi
   OtherTools others;
   others.load_rate = load_rate_of_held_nodes(frame, p.at(), which);
   std::vector<std::pair<double, std::size_t>> own, found;
+  const auto add_load = [&](std::size_t k) {
+    if (others.load.size() == 0) others.load = Vector::Zero(p.at().masses().size());
+    scatter(p.port(k).b, frame.ports()[k].lambda, others.load);
+  };
   for (std::size_t k = 0; k < frame.ports().size(); ++k) {
     if (k == which) continue;
     const ToolPort& port = frame.ports()[k];
     if (frame.is_same_tool(k, which)) {
-      if (port.touching || frame.is_wanted(k)) own.emplace_back(port.touching ? -port.lambda.norm() : frame.gap(k).norm(), k);
+      if (port.needle.part != NeedlePart::none)
+        others.shaft.push_back({&p.port(k), k});
+      else if (port.touching || frame.is_wanted(k))
+        own.emplace_back(port.touching ? -port.lambda.norm() : frame.gap(k).norm(), k);
+    } else if (port.on_path() && port.touching) {
+      add_load(k);
     } else if (frame.will_touch(k, horizon)) {
       found.emplace_back(-coupling(p.port(which), p.port(k)), k);
     }
@@ -54,10 +63,7 @@ OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t whi
   for (std::size_t i = 0; i < std::min(of_others, found.size()); ++i)
     others.contacts.push_back({&p.port(found[i].second), found[i].second});
   for (std::size_t i = of_others; i < found.size(); ++i) {
-    const ToolPort& port = frame.ports()[found[i].second];
-    if (!port.touching) continue;
-    if (others.load.size() == 0) others.load = Vector::Zero(p.at().masses().size());
-    scatter(p.port(found[i].second).b, port.lambda, others.load);
+    if (frame.ports()[found[i].second].touching) add_load(found[i].second);
   }
   if (others.load.size() > 0) mask(*p.at().held, others.load);
   return others;

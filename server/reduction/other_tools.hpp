@@ -1,7 +1,7 @@
 // The other contacts on the body while the patch of one is in use: those of other tools, and of other spheres of the same tool.
 //
 // The nearest are contacts of the patch (patch.hpp, OtherContact), which the player solves: they do not appear in its K, g or
-// load_rate. The rest of the tools that touch keep their force: the residual force of the patch is F(x*, v*) + sum B_o lambda_o*.
+// load_rate. The rest of the tools that touch, and needles of others in the body, keep their force: the residual force of the patch is F(x*, v*) + sum B_o lambda_o*.
 // A node that another tool holds (grasp) moves on at its velocity v_o: a growing load -K_o v_o. A scene has one kind of contact,
 // so a grasp's patch meets held nodes only.
 //
@@ -21,6 +21,7 @@ struct OtherTools {
   };
   std::vector<Contact> contacts;  ///< of the patch: those of the same tool, then of others, the most strongly coupled first
   std::size_t own = 0;            ///< number of those of the same tool
+  std::vector<Contact> shaft;     ///< of the same tool, if it is a needle: the points of its path, from the entry on
   Vector load;                    ///< sum B_o lambda_o* of the others that touch; empty when none does
   Vector load_rate;               ///< growing load [N/s]; empty when nothing grows
 };

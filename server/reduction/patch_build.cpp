@@ -72,12 +72,12 @@ std::optional<std::vector<std::uint8_t>> held_around(BodyFrame& body, const Fram
 int modes_beside(const LinearPort& model) {
   const PatchRequest& request = model.request;
   int modes = std::min(modes_for(request.scheme, model.tool_port().kind, request.order), request.modes_max);
-  if (model.others.contacts.empty()) return modes;
+  if (model.others.contacts.empty() && model.others.shaft.empty()) return modes;
   // A triangle if terms carry more, else enough for the tool to move about between frames.
-  const int least = model.hyper() ? 3 : 6, contacts = static_cast<int>(model.others.contacts.size());
-  const bool body = model.frame.has_body(model.which);
+  const int least = model.hyper() || model.tool_port().on_path() ? 3 : 6;
+  const PatchContacts contacts = contacts_of(model);
   const int branches = static_cast<int>(model.frame.dynamics().relaxation().branches().size());
-  while (modes > 1 && request.vertices_max(modes, model.others.load_rate.size() > 0, branches, {contacts, body}) < least) --modes;
+  while (modes > 1 && request.vertices_max(modes, model.others.load_rate.size() > 0, branches, contacts) < least) --modes;
   return modes;
 }
 
@@ -97,11 +97,13 @@ RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
     loads.most_m[push] = together[k].most_m;
   }
   if (model.tool_port().touching) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
-  for (const OtherTools::Contact& other : std::span(model.others.contacts).first(model.others.own)) {
+  const auto add_own = [&](const OtherTools::Contact& other) {
     const ToolPort& port = model.frame.ports()[other.tool];
     for (std::size_t axis = 0; axis < 3 && port.touching; ++axis)
       loads.own += port.lambda[static_cast<Eigen::Index>(axis)] * (w.transpose() * other.port->input[axis]);
-  }
+  };
+  std::ranges::for_each(std::span(model.others.contacts).first(model.others.own), add_own);
+  std::ranges::for_each(model.others.shaft, add_own);
   for (Eigen::Index k = 0; k < loads.slides.cols(); ++k)
     loads.slides.col(k) = w.transpose() * slides[static_cast<std::size_t>(k)];
   return loads;
@@ -132,7 +134,7 @@ std::optional<Basis> linear_basis(const LinearPort& model, const KrylovStart& st
   const bool chosen = model.request.scheme == Scheme::port && !model.grasp();
   const auto directions = krylov_basis(
       model.at, start, solve,
-      {chosen ? std::max(modes, kCandidates) + (model.others.own > 0 ? kWrenchCandidates : 0) : modes, model.p.shift()});
+      {chosen ? std::max(modes, kCandidates) + static_cast<int>(wrenches(model).size()) : modes, model.p.shift()});
   model.frame.enter(BuildPhase::project);
   if (!directions) return std::nullopt;
   Basis basis{*directions, model.at.projected(*directions)};

@@ -34,10 +34,9 @@ inline constexpr int kAttachOrder = 22, kTouchOrder = 16;
 /// The same for `hyper`: for a grasp all that a datagram holds; for a touch measured: 14 or 16 modes are no more accurate in the
 /// same bytes (docs/notebook.md, 23).
 inline constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
-/// Number of Krylov directions from which the modes of a touch are chosen. Measured: 24 and 32 are the same within 0.1 dB.
+/// Number of Krylov directions from which the modes of a touch are chosen, with one more for each wrench of a tool with several
+/// contacts. Measured: 24 and 32 are the same within 0.1 dB.
 inline constexpr int kCandidates = 16;
-/// Further ones of a tool with several contacts: their responses together.
-inline constexpr int kWrenchCandidates = 6;
 
 struct PatchRequest {
   Scheme scheme = Scheme::port;

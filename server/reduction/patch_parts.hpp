@@ -28,6 +28,13 @@ struct LinearPort {
   bool grasp() const { return tool_port().kind == ContactKind::attach; }
 };
 
+/// Contacts of the patch besides the port's.
+inline PatchContacts contacts_of(const LinearPort& model) {
+  const std::shared_ptr<const NeedlePath>& path = model.tool_port().needle.path;
+  return {static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
+          model.others.shaft.empty() ? 0 : path->layers.count};
+}
+
 /// The modes of a patch.
 struct Reduced {
   Matrix v;                 ///< V, 3 n x r, so that V^T K V is diagonal
@@ -43,7 +50,8 @@ struct Wrench {
   Vector load, response;
   double most_m = 0;
 };
-/// port_responses.cpp: none of a tool with one contact.
+/// port_responses.cpp: none of a tool with one contact. Those of a needle are followed by one along its axis at each point of its
+/// path, where its tip may get.
 std::vector<Wrench> wrenches(const LinearPort& model);
 /// port_responses.cpp: returns the first Krylov directions, for `hyper` the snapshots of the port, and the slides of a touch.
 KrylovStart krylov_start(const LinearPort& model);

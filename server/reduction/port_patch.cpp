@@ -58,6 +58,19 @@ void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
   patch.others.own = static_cast<int>(model.others.own);
 }
 
+void add_needle_path(const LinearPort& model, const Matrix& v, PatchNeedle& needle) {
+  needle.layers = model.tool_port().needle.path->layers;
+  needle.tip = model.tool_port().needle.tip;
+  for (const OtherTools::Contact& contact : model.others.shaft) {
+    const ToolPort& port = model.frame.ports()[contact.tool];
+    PatchNeedle::Point& point = needle.points[static_cast<std::size_t>(port.needle.point)];
+    point.position =
+        position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
+    point.rows = rows_of(*contact.port, v);
+    point.bond_m = port.needle.bond_m;
+  }
+}
+
 }  // namespace
 
 void add_grasp(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
@@ -100,7 +113,7 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = kTrustedSpacings * frame.spacing_m();
   const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count,
-                                            {static_cast<int>(model.others.contacts.size()), frame.has_body(model.which)});
+                                            contacts_of(model));
   if (model.hyper()) {
     const Matrix stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, prescribed_motion(model), stiffness, vertices, reduced, made);
@@ -110,13 +123,14 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   else if (v.cols() < 3)  // none for some axis of the port
     patch.c_static = residual_compliance(model.port(), model.p.shift(), rows_of(model.port(), v), patch);
   add_contacts(model, v, patch);
+  if (!model.others.shaft.empty()) add_needle_path(model, v, patch.needle);
   frame.enter(BuildPhase::other);
   const bool with_terms = made.terms.variables > 0;
   const SurfacePiece first = cut_port_surface(
       frame.skin(), frame.positions(), [&](std::uint32_t node) { return model.at.body->rows(node, v); }, port.point,
       (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon) * model.tool().velocity, vertices,
       with_terms ? kMaxPortVertices : vertices, patch);
-  if (port.touching)  // the instant part has yielded already at the stamp
+  if (port.touching && !port.on_path())  // the instant part has yielded already at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   if (with_terms) split_surface(first, patch.surface, made.terms);

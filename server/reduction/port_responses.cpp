@@ -27,12 +27,14 @@ Matrix prescribed_motion(const LinearPort& model) {
 
 std::vector<Wrench> wrenches(const LinearPort& model) {
   std::vector<Wrench> all;
-  if (model.others.own == 0) return all;
-  const SurfaceView skin = model.frame.skin().view();
-  std::vector<std::pair<const Port*, Vec3>> contacts{
-      {&model.port(), position_at(skin, model.frame.positions(), model.tool_port().point)}};
+  if (model.others.own == 0 && model.others.shaft.empty()) return all;
+  const auto place = [&](const ToolPort& port) {
+    return position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
+  };
+  std::vector<std::pair<const Port*, Vec3>> contacts{{&model.port(), place(model.tool_port())}};
   for (const OtherTools::Contact& own : std::span(model.others.contacts).first(model.others.own))
-    contacts.emplace_back(own.port, position_at(skin, model.frame.positions(), model.frame.ports()[own.tool].point));
+    contacts.emplace_back(own.port, place(model.frame.ports()[own.tool]));
+  for (const OtherTools::Contact& own : model.others.shaft) contacts.emplace_back(own.port, place(model.frame.ports()[own.tool]));
   const auto count = static_cast<double>(contacts.size());
   Vec3 middle = Vec3::Zero();
   for (const auto& [port, at] : contacts) middle += at / count;
@@ -54,6 +56,15 @@ std::vector<Wrench> wrenches(const LinearPort& model) {
           wrench.response += share * port->response[k];
         }
     }
+  for (const OtherTools::Contact& own : model.others.shaft) {
+    const auto n = model.at.masses().size();
+    Wrench& push = all.emplace_back(Vector::Zero(n), Vector::Zero(n), kLongestM);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double share = model.frame.tool(own.tool).axis[static_cast<Eigen::Index>(k)];
+      push.load += share * own.port->input[k];
+      push.response += share * own.port->response[k];
+    }
+  }
   return all;
 }
 
@@ -92,7 +103,7 @@ SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
       snapshots.add(SnapshotKind::port_response, x, moved > 0 ? far[axis] / moved : 1);  // 1 if the body is fixed
     }
   }
-  if (model.grasp()) return snapshots;
+  if (model.grasp() || model.tool_port().on_path()) return snapshots;
   const IndentationRequest request{model.frame.skin().weights(model.tool_port().point), start.ports,
                                    expected_indentations(model.tool(), -model.frame.normal(model.which), horizon_s),
                                    model.p.shift(), model.p.diagonal()};

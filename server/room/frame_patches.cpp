@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/wire/codec.hpp"
+#include "server/dynamics/needle_ports.hpp"
 #include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
@@ -31,6 +32,7 @@ std::vector<StationFrame> FramePatches::build(const FrameJob& job, bool failed) 
     const Task& task = tasks.emplace_back(task_of(j));
     predicts |= task.builds && j.scheme == Scheme::hyper;
   }
+  body_->predict_paths();
   frame_model_.enter(BuildPhase::rollouts);
   if (predicts && job.rollouts) frame_model_.set_predicted_states(prediction_.states(mean_horizon));
   frame_model_.enter(BuildPhase::other);
@@ -94,18 +96,22 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
                   max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
   task.reuses =
-      body_->asleep() && cached && scene.tool.shape.empty() && cached->serves(task.request, frame_model_.tool(*task.port));
+      body_->asleep() && cached && scene.tool.shape.empty() && !scene.tool.needle && cached->serves(task.request, frame_model_.tool(*task.port));
   task.builds = !task.reuses;
   if (task.builds) frame_model_.request_patch(*task.port, expected_slide(body_->dynamics(), task.request));
   return task;
 }
 
 /// Chooses the port at which the patch is made, and moves those of the tool that do not touch to the nearest point of the
-/// surface. Those of a body that are in reach are requested: the patch has their contacts, too.
+/// surface. Those of a body that are in reach, and the path of a needle, are requested: the patch has their contacts, too.
 void FramePatches::choose_port(Task& task, Micros horizon) {
   std::pair<double, double> best{-1, 0};  // force, minus height
   for (const std::size_t k : task.parts) {
     const ToolPort& port = body_->ports()[k];
+    if (port.needle.part == NeedlePart::shaft) {
+      if (task.port && task.job->wants_patch) frame_model_.request_patch(k);
+      continue;
+    }
     const bool holds = port.kind == ContactKind::attach || port.touching;
     const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon);
     if (!height) continue;
@@ -145,7 +151,7 @@ StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
       frame.contact = true;
       frame.force -= port.lambda;
       if (!port.body) continue;
-      const Vec3 contact = port.lowest(frame_model_.tool(k).position, frame_model_.normal(k));
+      const Vec3 contact = contact_place(port, frame_model_.tool(k).position, frame_model_.normal(k));
       frame.torque -= (contact - frame.tool).cross(port.lambda);
     }
     if (task.builds || task.reuses) give_patch(task, frame);

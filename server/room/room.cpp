@@ -13,18 +13,6 @@ namespace {
 
 constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of it, and near
 
-/// Returns the number of nodes without the fixed ends of ligaments, which come last.
-std::size_t own_nodes(const LumpedBody& body) {
-  std::size_t own = 0;
-  const auto count = [&](const auto& nodes) {
-    for (const std::uint32_t node : nodes) own = std::max<std::size_t>(own, node + 1);
-  };
-  for (const Triangle& t : body.triangles) count(t);
-  for (const Tetrahedron& t : body.tetrahedra) count(t.nodes);
-  for (const Hexahedron& h : body.hexahedra) count(h.nodes);
-  return own > 0 ? own : body.nodes.size();
-}
-
 }  // namespace
 
 struct Room::State {

@@ -44,8 +44,12 @@ std::vector<Hand> hands_of(const SteppedBody& body) {
   std::vector<Hand> hands;
   std::vector<double> surface;
   for (std::size_t k = 0; k < body.ports().size(); ++k) {
-    Hand& hand = hands.emplace_back(body.tool(k, body.time()), body.hand_motion(k).acceleration);
     const ToolPort& port = body.ports()[k];
+    if (port.needle.part == NeedlePart::shaft) {
+      hands.push_back(hands.back());  // that of its tip
+      continue;
+    }
+    Hand& hand = hands.emplace_back(body.tool(k, body.time()), body.hand_motion(k).acceleration);
     if (port.kind != ContactKind::touch || port.touching || body.skin().empty()) continue;
     if (surface.empty()) surface = body.skin().place(body.state().x);
     hand.inwards = -normal_at(body.skin().view(), surface, port.point);
@@ -56,8 +60,10 @@ std::vector<Hand> hands_of(const SteppedBody& body) {
 /// Returns the tool `after_s` from now. `dead_reckoned`: where its track has it then.
 ToolAt moved(const HandRollout& rollout, const Hand& hand, const ToolAt& dead_reckoned, double after_s) {
   ToolAt tool = dead_reckoned;
-  if (!rollout.dead_reckoned)
+  if (!rollout.dead_reckoned) {
     tool = moved_on(hand.now, rollout.accelerates ? Vec3(hand.acceleration + rollout.aside_m_s2) : Vec3(Vec3::Zero()), after_s);
+    tool.axis = dead_reckoned.axis;
+  }
   if (rollout.presses) {
     tool.position += accelerated_distance(after_s) * hand.inwards;
     tool.velocity += accelerated_speed(after_s) * hand.inwards;

@@ -12,6 +12,7 @@ namespace palpate {
 SteppedBody::SteppedBody(const Scene& scene)
     : scene_(scene),
       skin_(scene_.body, scene_.tool.radius_m),
+      tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
       dynamics_(scene_.body),
       integrator_(choose_stepper(scene_, dynamics_, skin_)),
       rest_(settled_state(dynamics_, scene_.name)),

@@ -12,10 +12,12 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "common/player/predictability.hpp"
+#include "server/body/needle_tissue.hpp"
 #include "server/body/settle.hpp"
 #include "server/body/stillness.hpp"
 #include "server/dynamics/integrator_selection.hpp"
@@ -60,9 +62,12 @@ class SteppedBody {
   const std::vector<StationId>& released() const { return released_; }
 
   const std::vector<ToolPort>& ports() const { return ports_; }
-  /// Ports have the station of their tool as their tool's number; a tool with a body has one for each of its spheres.
+  /// Ports have the station of their tool as their tool's number; a tool with a body has one for each of its spheres, a needle
+  /// those of needle_ports.hpp.
   /// Sets the nearest point of the surface to a tool that does not touch.
   void move_point(std::size_t k, const SurfacePoint& point) { ports_[k].point = point; }
+  /// Sets the paths that needles which are outside would take (needle_ports.hpp).
+  void predict_paths();
   /// Returns the ports of the tool that a station feels with; for an id, those of that station's own tool.
   std::vector<std::size_t> ports_of(const StationJob& job) const;
   std::vector<std::size_t> ports_of(StationId id) const;
@@ -100,6 +105,7 @@ class SteppedBody {
 
   Scene scene_;
   Skin skin_;
+  std::unique_ptr<NeedleTissue> tissue_;  // where the tools are needles
   Dynamics dynamics_;
   ChosenStepper integrator_;
   BodyState rest_, body_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/player/player.hpp"
+#include "server/dynamics/needle_ports.hpp"
 #include "server/reduction/tool_prediction.hpp"
 #include "server/room/stepped_body.hpp"
 
@@ -46,9 +47,15 @@ void SteppedBody::sync_ports(const FrameJob& job) {
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
-    const std::vector<ToolPort> parts = parts_of(scene_.tool.shape, port);
+    const std::vector<ToolPort> parts = parts_of(scene_.tool.shape, tissue_.get(), port);
     ports_.insert(ports_.end(), parts.begin(), parts.end());
   }
+}
+
+void SteppedBody::predict_paths() {
+  if (!tissue_) return;
+  for (std::size_t k = 0; k < ports_.size(); ++k) ports_[k].needle.axis = tool(k, time()).axis;
+  palpate::predict_paths(body_.x, ports_);
 }
 
 std::vector<std::size_t> SteppedBody::ports_of(StationId id) const {

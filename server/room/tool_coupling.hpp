@@ -19,6 +19,7 @@
 #include "common/base/grasp_reach.hpp"
 #include "common/base/minimum_jerk.hpp"
 #include "server/body/skin.hpp"
+#include "server/dynamics/needle_ports.hpp"
 #include "server/room/tool_track.hpp"
 #include "server/scene/scene.hpp"
 
@@ -26,8 +27,9 @@ namespace palpate {
 
 inline constexpr Micros kGraspTime{500'000};  ///< for a distance of at most kGraspReachM: the node moves at 0.19 m/s at most
 
-/// Returns the ports of a tool: one for each sphere of its body, or the point itself.
-inline std::vector<ToolPort> parts_of(const ToolShape& shape, const ToolPort& port) {
+/// Returns the ports of a tool: one for each sphere of its body, those of a needle in `tissue`, or the point itself.
+inline std::vector<ToolPort> parts_of(const ToolShape& shape, const NeedleTissue* tissue, const ToolPort& port) {
+  if (tissue) return needle_ports(port, *tissue);
   if (shape.empty()) return {port};
   std::vector<ToolPort> parts(shape.size(), port);
   for (std::size_t k = 0; k < shape.size(); ++k) {

@@ -41,7 +41,7 @@ ToolSample within_reach(const ToolSample& last, const ToolSample& wanted) {
 
 ToolAt TurningTool::centre_of(const ToolSphere& sphere) const {
   const Vec3 arm = turn * sphere.centre;
-  return {at.position + arm, at.velocity + spin.cross(arm)};
+  return {at.position + arm, at.velocity + spin.cross(arm), turn * Vec3::UnitZ()};
 }
 
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {

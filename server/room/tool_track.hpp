@@ -23,7 +23,7 @@ namespace palpate {
 /// Returns the tool displaced by an offset that fades.
 inline ToolAt moved_by(ToolAt tool, const FadingVector& offset, Micros t) {
   if (offset.over(t)) return tool;
-  return {tool.position + offset.at(t), tool.velocity + offset.rate(t)};
+  return {tool.position + offset.at(t), tool.velocity + offset.rate(t), tool.axis};
 }
 
 /// A tool that may turn.
@@ -31,7 +31,7 @@ struct TurningTool {
   ToolAt at;  ///< of the tool point
   Rotation turn = Rotation::Identity();
   Vec3 spin = Vec3::Zero();  ///< omega, in W [rad/s]
-  /// Returns the centre of a sphere of its body: h + R a, h' + omega x R a.
+  /// Returns the centre of a sphere of its body: h + R a, h' + omega x R a; R e_z.
   ToolAt centre_of(const ToolSphere& sphere) const;
 };
 

@@ -31,4 +31,15 @@ double mean_edge_m(const LumpedBody& body) {
   return sum;
 }
 
+std::size_t own_nodes(const LumpedBody& body) {
+  std::size_t own = 0;
+  const auto count = [&](const auto& nodes) {
+    for (const std::uint32_t node : nodes) own = std::max<std::size_t>(own, node + 1);
+  };
+  for (const Triangle& t : body.triangles) count(t);
+  for (const Tetrahedron& t : body.tetrahedra) count(t.nodes);
+  for (const Hexahedron& h : body.hexahedra) count(h.nodes);
+  return own > 0 ? own : body.nodes.size();
+}
+
 }  // namespace palpate

@@ -76,6 +76,7 @@ Scene build(const SceneText& text) {
   if (solid && solid->capsule) add_capsule(scene.body, *solid->capsule);
   add_ligaments(scene.body, settings.ligaments, text);
   scene.body.is_loaded = settings.is_loaded;
+  scene.body.tissue = settings.tissue;
   return scene;
 }
 

@@ -61,6 +61,16 @@ struct Hexahedron {
 /// Element type of the cells of a solid.
 enum class SolidElement : std::uint8_t { hexahedron, tetrahedron };
 
+/// A layer of a body as a needle meets it, from the surface inwards.
+struct TissueLayer {
+  double thickness_m = 0;     ///< at rest; of the innermost not used
+  double toughness_j_m2 = 0;  ///< J, energy of a cut
+  double puncture_n = 0;      ///< push with which a tip enters it
+  double friction_n_m = 0;    ///< of a length of shaft in it
+};
+/// Layers, with one for what lies behind the body (common/patch/needle.hpp).
+inline constexpr std::size_t kMaxTissueLayers = 3;
+
 /// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, and held by ligaments:
 /// springs to fixed nodes that belong to nothing else. Surface vertices are nodes, so a surface point is a weighted sum of node
 /// positions.
@@ -80,6 +90,7 @@ struct LumpedBody {
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
   double left_out_share = 0;  ///< share of the volume inside a closed surface that was dropped (clip.hpp)
+  std::vector<TissueLayer> tissue;  ///< for needles
   bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
@@ -89,6 +100,14 @@ struct LumpedBody {
 std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& body);
 /// Mean length of these pairs at rest [m], 0 if there are none.
 double mean_edge_m(const LumpedBody& body);
+/// Number of nodes without the fixed ends of ligaments, which come last.
+std::size_t own_nodes(const LumpedBody& body);
+
+/// A straight needle along the z axis of the tool's frame, its tip at the tool point.
+struct NeedleSpec {
+  double length_m = 0;    ///< from tip to hub
+  double diameter_m = 0;  ///< width w of its cut
+};
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;
@@ -97,6 +116,7 @@ struct ToolSpec {
   double contact_stiffness_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
   double radius_m = 0;                  ///< touch: contact radius of the tip (skin.hpp), 0 = a point
   ToolShape shape = {};                 ///< touch: body of the tool; empty: a point
+  std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle
 };
 
 /// Integrator of the body (server/dynamics/integrator_selection.hpp).

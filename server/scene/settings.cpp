@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -198,6 +200,36 @@ void read_material(const SceneText& text, const schema::BodyT& body, LatticeSett
   }
 }
 
+std::vector<TissueLayer> read_tissue(const SceneText& text, const schema::BodyT& in) {
+  std::vector<TissueLayer> tissue;
+  const std::string list = "body.tissue";
+  if (in.tissue.size() > kMaxTissueLayers)
+    text.refuse(list, fmt::format("the body has {} layers of tissue", in.tissue.size()), fmt::format("at most {}", kMaxTissueLayers));
+  for (std::size_t i = 0; i < in.tissue.size(); ++i) {
+    const schema::TissueLayerT& layer = *in.tissue[i];
+    const std::string here = at(list, i);
+    const bool innermost = i + 1 == in.tissue.size();
+    if (innermost && layer.thickness_m)
+      text.refuse(here + ".thickness_m", "the innermost layer has a thickness", "a thickness of the layers above it alone");
+    text.in_range(here + ".puncture_n", layer.puncture_n, 0, 100, "N");
+    text.in_range(here + ".friction_n_m", layer.friction_n_m, 0, 1e4, "N/m");
+    tissue.push_back({innermost ? 0 : required(text, here + ".thickness_m", layer.thickness_m, 1e-4, 1, "m"),
+                      required(text, here + ".toughness_j_m2", layer.toughness_j_m2, 1, 1e5, "J/m^2"), layer.puncture_n,
+                      layer.friction_n_m});
+  }
+  return tissue;
+}
+
+NeedleSpec read_needle(const SceneText& text, const schema::NeedleT& in, const SceneSettings& out) {
+  const std::string needle = "tool.needle";
+  if (!out.tool.shape.empty()) text.refuse(needle, "tool.needle is given with a body of the tool", "one of them");
+  if (out.tool.contact == ContactKind::attach)
+    text.refuse(needle, "a grasp has a needle", "a needle only where tool.contact is \"touch\"");
+  if (out.tissue.empty()) text.refuse("body.tissue", "the tool is a needle, and the body has no tissue", "its layers");
+  return {required(text, needle + ".length_m", in.length_m, kMinNeedleLengthM, kMaxNeedleLengthM, "m"),
+          required(text, needle + ".diameter_m", in.diameter_m, 1e-4, 0.01, "m")};
+}
+
 void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& out) {
   const std::string node = "tool.node";
   const auto usual = out.lattice.planar ? ContactKind::attach : ContactKind::touch;
@@ -226,6 +258,7 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
   if (!out.tool.shape.empty() && out.tool.contact == ContactKind::attach)
     text.refuse(in.body ? "tool.body" : "tool.named", "a grasp has a tool with a body",
                 "a body only where tool.contact is \"touch\"");
+  if (in.needle) out.tool.needle = read_needle(text, *in.needle, out);
   if (!text.has(node)) return;
   if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");
   if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");
@@ -291,6 +324,7 @@ SceneSettings read_settings(const SceneText& text) {
   if (out.is_loaded && gravity.squaredNorm() == 0)
     text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\", but nothing loads the body",
                 "gravity_m_s2");
+  out.tissue = read_tissue(text, *in.body);
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   out.lump = read_lump(text, out.lattice.planar);

@@ -131,6 +131,7 @@ struct SceneSettings {
   std::optional<MeshBodySettings> mesh;  ///< replaces the lattice
   std::vector<LigamentSettings> ligaments;
   bool is_loaded = false;                       ///< true: the shape is given as loaded by gravity
+  std::vector<TissueLayer> tissue;
   ToolSpec tool;                                ///< tool.node is not set yet
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
   double step_ms = 10;                          ///< step of the solver

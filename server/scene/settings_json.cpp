@@ -238,6 +238,17 @@ Json to_json(const SceneSettings& settings) {
   }
   body.add("reference_configuration", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
   if (settings.lump) body.add("lump", to_json(*settings.lump));
+  if (!settings.tissue.empty()) {
+    Json& tissue = body.add("tissue", Json::array());
+    for (const TissueLayer& layer : settings.tissue) {
+      Json item = Json::object();
+      if (&layer != &settings.tissue.back()) item.add("thickness_m", Json::number(layer.thickness_m));
+      item.add("toughness_j_m2", Json::number(layer.toughness_j_m2));
+      item.add("puncture_n", Json::number(layer.puncture_n));
+      item.add("friction_n_m", Json::number(layer.friction_n_m));
+      tissue.items.push_back(std::move(item));
+    }
+  }
   Json& tool = out.add("tool", Json::object());
   tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(settings.tool.contact)]));
   if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));
@@ -252,6 +263,11 @@ Json to_json(const SceneSettings& settings) {
       part.add("radius_m", Json::number(sphere.radius_m));
       spheres.items.push_back(std::move(part));
     }
+  }
+  if (settings.tool.needle) {
+    Json& needle = tool.add("needle", Json::object());
+    needle.add("length_m", Json::number(settings.tool.needle->length_m));
+    needle.add("diameter_m", Json::number(settings.tool.needle->diameter_m));
   }
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));

@@ -70,6 +70,17 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
   return shape;
 }
 
+ToolShape drawn_shape(const ToolSpec& tool) {
+  if (!tool.needle) return tool.shape;
+  ToolShape shape;
+  const double radius_m = std::max(0.5 * tool.needle->diameter_m, kMinRadiusM);
+  for (std::size_t k = 0; k < kMaxToolSpheres; ++k) {
+    const double along_m = tool.needle->length_m * static_cast<double>(k) / (kMaxToolSpheres - 1);
+    shape.push_back(sphere(Vec3(0, 0, std::min(along_m, kMaxToolReachM)), radius_m));
+  }
+  return shape;
+}
+
 std::string list_of_tools() {
   std::string list;
   for (const NamedTool& tool : named_tools())

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/tool_shape.hpp"
+#include "server/scene/scene.hpp"
 
 namespace palpate {
 
@@ -15,6 +16,9 @@ struct NamedTool {
 
 /// All named tools, sorted by name.
 const std::vector<NamedTool>& named_tools();
+
+/// Returns the body of a tool as it is drawn: spheres along the shaft of a needle, whose contacts are not theirs.
+ToolShape drawn_shape(const ToolSpec& tool);
 
 /// Lists each named tool in a line.
 std::string list_of_tools();

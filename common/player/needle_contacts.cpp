@@ -1,0 +1,162 @@
+#include "common/player/needle_contacts.hpp"
+
+#include "common/patch/contact_law.hpp"
+
+namespace palpate {
+
+NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
+    : needle_(patch.needle), contact_stiffness_n_m_(patch.contact_stiffness_n_m) {
+  if (empty()) return;
+  const auto r = patch.modes();
+  for (std::size_t j = 0; j < shaft_.size(); ++j) {
+    shaft_[j].rows = needle_.points[j].rows;
+    if (r > 0) shaft_[j].response = psi0 * shaft_[j].rows.transpose();
+    set_response(shaft_[j]);
+  }
+  tip_.rows.resize(3, r);
+  tip_.response.resize(2 * r, 3);
+  if (!inside()) return;
+  place_tip();
+  // At the stamp the modes are at zero, and the contacts are closed.
+  const ModeVector none = ModeVector::Zero(r);
+  const ToolPose tool(patch.tool, patch.turn.value_or(Rotation::Identity()));
+  const Vec3 axis = tool.turn * Vec3::UnitZ();
+  for (int j = 0; j < kNeedlePoints; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    bonded_[at] = shaft_share_m(needle_.layers, needle_.tip, j) > 0;
+    const Mat3 compliance = shaft_[at].compliance;
+    shaft_[at].compliance.setZero();
+    close_shaft(j, none, tool, axis);
+    shaft_[at].compliance = compliance;
+  }
+  const Mat3 compliance = tip_.compliance;
+  tip_.compliance.setZero();
+  Vec3 tau;
+  const Vec3 at = at_depth(needle_.tip.depth_m, none, tau);
+  tip_.lambda = close_on_path(tool.position - at, tip_.compliance, tau.normalized(),
+                              tip_contact(needle_.layers, needle_.tip, tau.norm(), contact_stiffness_n_m_))
+                    .lambda;
+  tip_.compliance = compliance;
+}
+
+void NeedleContacts::set_response(Contact& contact) const noexcept {
+  const auto r = contact.rows.cols();
+  contact.compliance.setZero();
+  if (r == 0) return;
+  const Mat3 moved = contact.rows * contact.response.topRows(r);
+  contact.share_next = share_of_next_step(contact_stiffness_n_m_, moved);
+  contact.compliance = (1 - contact.share_next) * moved;
+}
+
+void NeedleContacts::place_tip() noexcept {
+  const PathPlace at = place_on_path(needle_.layers, needle_.tip.depth_m);
+  const auto j = static_cast<std::size_t>(at.j);
+  const double part = std::min(at.part, 1.0);
+  tip_.rows = (1 - part) * shaft_[j].rows + part * shaft_[j + 1].rows;
+  tip_.response = (1 - part) * shaft_[j].response + part * shaft_[j + 1].response;
+  set_response(tip_);
+}
+
+Vec3 NeedleContacts::at_depth(double depth_m, const ModeVector& q, Vec3& tau) const noexcept {
+  const PathPlace at = place_on_path(needle_.layers, depth_m);
+  const auto j = static_cast<std::size_t>(at.j);
+  const PatchNeedle::Point &from = needle_.points[j], &to = needle_.points[j + 1];
+  Vec3 way = to.position - from.position, place = from.position;
+  way.noalias() += (to.rows - from.rows) * q;
+  place.noalias() += from.rows * q;
+  tau = way / needle_.layers.spacing_m();
+  return place + at.part * way;
+}
+
+bool NeedleContacts::punctures(const Vec3& push, const ToolPose& tool) const noexcept {
+  return !empty() && -push.dot(tool.turn * Vec3::UnitZ()) > needle_.layers.of.front().puncture_n;
+}
+
+void NeedleContacts::enter(const StateVector& z, const Vec3& entry) noexcept {
+  needle_.tip = {true, 0, 0, 0};
+  bonded_.fill(false);
+  Vec3 tau;
+  const Vec3 offset = entry - at_depth(0, z.head(tip_.rows.cols()), tau);
+  for (PatchNeedle::Point& point : needle_.points) point.position += offset;
+  for (Contact& contact : shaft_) contact.lambda.setZero();
+  place_tip();
+  tip_.lambda.setZero();
+}
+
+void NeedleContacts::carry_on(StateVector& next) const noexcept {
+  if (!inside()) return;
+  for (const Contact& contact : shaft_) next.noalias() += contact.share_next * (contact.response * contact.lambda);
+  next.noalias() += tip_.share_next * (tip_.response * tip_.lambda);
+}
+
+ModeVector NeedleContacts::moved() const noexcept {
+  ModeVector q = ModeVector::Zero(tip_.rows.cols());
+  if (!inside()) return q;
+  for (const Contact& contact : shaft_) q += contact.moved();
+  q += tip_.moved();
+  return q;
+}
+
+void NeedleContacts::close(StateVector& z, const ToolPose& tool) noexcept {
+  const Vec3 axis = tool.turn * Vec3::UnitZ();
+  ModeVector q = z.head(tip_.rows.cols()) + moved();
+  for (int j = 0; j < kNeedlePoints; ++j) {
+    Contact& contact = shaft_[static_cast<std::size_t>(j)];
+    q -= contact.moved();
+    close_shaft(j, q, tool, axis);
+    q += contact.moved();
+    z.noalias() += (1 - contact.share_next) * (contact.response * contact.lambda);
+  }
+  q -= tip_.moved();
+  close_tip(q, tool);
+  z.noalias() += (1 - tip_.share_next) * (tip_.response * tip_.lambda);
+  if (inside()) return;
+  for (Contact& contact : shaft_) contact.lambda.setZero();
+  tip_.lambda.setZero();
+}
+
+void NeedleContacts::close_shaft(int j, const ModeVector& q, const ToolPose& tool, const Vec3& axis) noexcept {
+  const auto at = static_cast<std::size_t>(j);
+  Contact& contact = shaft_[at];
+  contact.lambda.setZero();
+  const double share_m = shaft_share_m(needle_.layers, needle_.tip, j);
+  const bool reached = share_m > 0;
+  PatchNeedle::Point& point = needle_.points[at];
+  Vec3 gap = tool.position - point.position;
+  gap.noalias() -= contact.rows * q;
+  if (reached && !bonded_[at]) point.bond_m = -axis.dot(gap);
+  bonded_[at] = reached;
+  if (!reached) return;
+  gap += point.bond_m * axis;
+  const PathClosure closure = close_on_path(gap, contact.compliance, axis,
+                                            shaft_contact(needle_.layers, j, share_m, contact_stiffness_n_m_));
+  contact.lambda = closure.lambda;
+  contact.arm = point.bond_m * axis;
+  point.bond_m -= closure.slip_m;
+}
+
+void NeedleContacts::close_tip(const ModeVector& q, const ToolPose& tool) noexcept {
+  for (int slides = 0; inside(); ++slides) {
+    Vec3 tau;
+    const Vec3 at = at_depth(needle_.tip.depth_m, q, tau);
+    const double stretch = tau.norm();
+    const PathClosure closure = close_on_path(tool.position - at, tip_.compliance, tau / stretch,
+                                              tip_contact(needle_.layers, needle_.tip, stretch, contact_stiffness_n_m_));
+    tip_.lambda = closure.lambda;
+    if (closure.slip_m == 0) return;
+    move_tip(needle_.layers, needle_.tip, closure.slip_m / stretch);
+    place_tip();
+    if (slides == kSlidesMax || std::abs(closure.slip_m) < kSlipToleranceM) return;
+  }
+}
+
+void NeedleContacts::add(Vec3& force, Vec3& torque) const noexcept {
+  if (!inside()) return;
+  force -= tip_.lambda;
+  for (const Contact& contact : shaft_) {
+    force -= contact.lambda;
+    torque -= contact.arm.cross(contact.lambda);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,148 @@
+#include "server/body/needle_tissue.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cassert>
+
+namespace palpate {
+namespace {
+
+constexpr double kLeastSpacings = 2;  // of R; less: too few nodes around a point
+constexpr double kRegular = 1e-6;     // of A, relative
+constexpr int kMotions = 8, kLengths = 4;  // fixed-point iterations; measured: positions then agree to 1 um
+constexpr int kBisections = 20;            // of a layer's begin: to a millionth of the length
+
+}  // namespace
+
+Vec3 NeedlePath::position(double depth_m, const Vector& x, Vec3& tau) const {
+  const PathPlace at = place_on_path(layers, depth_m);
+  const auto j = static_cast<std::size_t>(at.j);
+  const Vec3 from = points[j].position(x), way = points[j + 1].position(x) - from;
+  tau = way / layers.spacing_m();
+  return from + at.part * way;
+}
+
+Skin::Weights NeedlePath::weights(double depth_m) const {
+  const PathPlace at = place_on_path(layers, depth_m);
+  const auto j = static_cast<std::size_t>(at.j);
+  const double part = std::min(at.part, 1.0);
+  Skin::Weights both;
+  for (const auto& [node, weight] : points[j].b) both.emplace_back(node, (1 - part) * weight);
+  for (const auto& [node, weight] : points[j + 1].b) both.emplace_back(node, part * weight);
+  return both;
+}
+
+NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin)
+    : body_(&scene.body),
+      nodes_(own_nodes(scene.body)),
+      skin_(&skin),
+      radius_m_(std::max(scene.tool.radius_m, kLeastSpacings * mean_edge_m(scene.body))),
+      length_m_(scene.tool.needle->length_m),
+      diameter_m_(scene.tool.needle->diameter_m) {
+  assert(!scene.body.tissue.empty());
+}
+
+NeedlePath::Point NeedleTissue::point(const Vec3& rest) const {
+  double radius_m = radius_m_;
+  Skin::Weights near;
+  const auto collect = [&] {
+    near.clear();
+    for (std::uint32_t i = 0; i < nodes_; ++i) {
+      const double d2 = (body_->nodes[i] - rest).squaredNorm() / (radius_m * radius_m);
+      if (d2 < 1) near.emplace_back(i, (1 - d2) * (1 - d2));
+    }
+  };
+  constexpr std::size_t kFewest = 8;  // a cell's corners
+  for (collect(); near.size() < std::min(kFewest, nodes_); collect()) radius_m *= 1.25;
+  Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
+  const auto p = [&](std::uint32_t i) {
+    Eigen::Vector4d value;
+    value << 1, (body_->nodes[i] - rest) / radius_m;
+    return value;
+  };
+  for (const auto& [i, weight] : near) a += weight * p(i) * p(i).transpose();
+  a += kRegular * a(0, 0) * Eigen::Vector4d(0, 1, 1, 1).asDiagonal().toDenseMatrix();
+  const Eigen::Vector4d first = a.ldlt().solve(Eigen::Vector4d::Unit(0));
+  NeedlePath::Point made;
+  made.offset = rest;
+  for (const auto& [i, weight] : near) {
+    made.b.emplace_back(i, weight * p(i).dot(first));
+    made.offset -= made.b.back().second * body_->nodes[i];
+  }
+  return made;
+}
+
+/// Returns the point of the body at rest that is at `target` in the body at `x`.
+Vec3 NeedleTissue::rest_of(const Vec3& target, Vec3 guess, const Vector& x) const {
+  for (int k = 0; k < kMotions; ++k) guess += target - point(guess).position(x);
+  return guess;
+}
+
+std::shared_ptr<const NeedlePath> NeedleTissue::path(const SurfacePoint& entry, const Vec3& way, const Vector& x) const {
+  auto path = std::make_shared<NeedlePath>();
+  NeedlePath::Point& first = path->points.front();
+  first.b = skin_->weights(entry);
+  std::array<Vec3, kNeedlePoints> rest;
+  rest.front() = first.offset = position_at(skin_->view(), skin_->rest(), entry);
+  for (const auto& [node, weight] : first.b) first.offset -= weight * body_->nodes[node];
+  const double spacing_m = length_m_ / (kNeedlePoints - 1);
+  Vec3 at = first.position(x);
+  Vec3 step = spacing_m * way;
+  for (std::size_t j = 1; j < rest.size(); ++j) {
+    rest[j] = rest[j - 1] + step;
+    double length_m = spacing_m;  // of the step in the body at x
+    for (int k = 0; k < kLengths; ++k) {
+      rest[j] = rest_of(at + length_m * way, rest[j], x);
+      length_m *= spacing_m / (rest[j] - rest[j - 1]).norm();
+    }
+    step = rest[j] - rest[j - 1];
+    path->points[j] = point(rest[j]);
+    at = path->points[j].position(x);
+  }
+  path->layers = layers_along(rest);
+  return path;
+}
+
+double NeedleTissue::depth_of(const Vec3& rest) const { return -nearest_point(skin_->view(), skin_->rest(), rest).height_m; }
+
+NeedleLayers NeedleTissue::layers_along(const std::array<Vec3, kNeedlePoints>& rest) const {
+  NeedleLayers layers;
+  layers.length_m = length_m_;
+  const auto place = [&](double depth_m) {
+    const PathPlace at = place_on_path(layers, depth_m);
+    const auto j = static_cast<std::size_t>(at.j);
+    return Vec3(rest[j] + at.part * (rest[j + 1] - rest[j]));
+  };
+  const auto add = [&](double begins_m, const TissueLayer& tissue) {
+    layers.of[static_cast<std::size_t>(layers.count++)] = {begins_m, tissue.puncture_n, tissue.toughness_j_m2 * diameter_m_,
+                                                           tissue.friction_n_m};
+  };
+  // The first depth, of those between the points, at which `passed` is true; none: -1.
+  const auto first = [&](double from_m, const auto& passed) {
+    double low = from_m, high = -1;
+    for (int j = 1; j < kNeedlePoints && high < 0; ++j) {
+      const double depth_m = j * layers.spacing_m();
+      if (depth_m <= from_m) continue;
+      if (passed(place(depth_m)))
+        high = depth_m;
+      else
+        low = depth_m;
+    }
+    for (int k = 0; k < kBisections && high > 0; ++k) (passed(place(0.5 * (low + high))) ? high : low) = 0.5 * (low + high);
+    return high;
+  };
+  add(0, body_->tissue.front());
+  const double exit_m = first(0, [&](const Vec3& at) { return depth_of(at) < 0; });
+  double thickness_m = 0;
+  for (std::size_t k = 0; k + 1 < body_->tissue.size(); ++k) {
+    thickness_m += body_->tissue[k].thickness_m;
+    const double begins_m = first(layers.of[static_cast<std::size_t>(layers.count) - 1].begins_m,
+                                  [&](const Vec3& at) { return depth_of(at) > thickness_m; });
+    if (begins_m < 0 || (exit_m > 0 && begins_m >= exit_m)) break;
+    add(begins_m, body_->tissue[k + 1]);
+  }
+  if (exit_m > 0) add(exit_m, {});
+  return layers;
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// The body as a needle meets it: where a path goes through its material, and through which layers.
+//
+// A material point X of the body, inside or on the path's continuation, moves with the nodes around it by moving least squares,
+//     x(X) = X + sum_i w_i (x_i - X_i),    w_i = m_i p(X_i)^T A^-1 p(X),   A = sum_i m_i p(X_i) p(X_i)^T,   p(Y) = (1, Y - X),
+// with m_i = (1 - (|X_i - X| / R)^2)^2 over the nodes nearer than R, so that every affine motion of the nodes moves X exactly, and
+// a force at X is spread over R: how far a needle dents a body does not depend on its mesh. The first point of a path is the
+// point of the skin that was punctured (skin.hpp).
+//
+// A path is straight where it is begun: x(X_j) = x_0 + d_j t, with |X_(j+1) - X_j| = spacing. Layers are given by their thickness
+// at rest; the path enters one where its distance from the surface first passes the sum of those above.
+//
+// Shapes and units: X, x 3 [m], w 1, t of length 1; R [m], of the tool's contact, at least kLeastSpacings mean lengths of an
+// element. What can go wrong: where the nodes around X lie in a plane, A is made regular, and rotations out of it move X less.
+// Source: Lancaster and Salkauskas, Math. Comp. 37 (1981).
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "common/patch/needle.hpp"
+#include "server/body/skin.hpp"
+
+namespace palpate {
+
+/// A path in the body, of material points.
+struct NeedlePath {
+  struct Point {
+    Skin::Weights b;
+    Vec3 offset = Vec3::Zero();  ///< x = offset + sum w_i x_i
+    Vec3 position(const Vector& x) const { return offset + gather(b, x); }
+  };
+  NeedleLayers layers;
+  std::array<Point, kNeedlePoints> points;
+
+  /// Returns the position at a depth; `tau`: the derivative by the depth.
+  Vec3 position(double depth_m, const Vector& x, Vec3& tau) const;
+  /// Returns the weights at a depth; beyond the last point those of that one.
+  Skin::Weights weights(double depth_m) const;
+};
+
+class NeedleTissue {
+ public:
+  /// `body` and `skin` must outlive it. `scene.tool.needle` is set.
+  NeedleTissue(const Scene& scene, const Skin& skin);
+  /// Returns the path of a needle that enters at `entry` along `way`, a unit vector, in the body at `x`.
+  std::shared_ptr<const NeedlePath> path(const SurfacePoint& entry, const Vec3& way, const Vector& x) const;
+  /// Returns the push with which a tip enters the body.
+  double puncture_n() const { return body_->tissue.front().puncture_n; }
+  /// Returns the weights of a point of the body at rest.
+  NeedlePath::Point point(const Vec3& rest) const;
+
+ private:
+  Vec3 rest_of(const Vec3& target, Vec3 guess, const Vector& x) const;
+  NeedleLayers layers_along(const std::array<Vec3, kNeedlePoints>& rest) const;
+  double depth_of(const Vec3& rest) const;
+
+  const LumpedBody* body_;
+  std::size_t nodes_;  // without the ends of ligaments
+  const Skin* skin_;
+  double radius_m_ = 0, length_m_ = 0, diameter_m_ = 0;
+};
+
+}  // namespace palpate
