@@ -28,10 +28,11 @@ PathClosure close_on_path(const Vec3& gap, const Mat3& compliance, const Vec3& t
   PathClosure closure;
   closure.lambda = (Mat3::Identity() + stiffness * compliance).inverse() * (stiffness * gap);
   const double push = t.dot(closure.lambda), bound = std::clamp(push, contact.least_n, contact.most_n);
-  if (push == bound || !(contact.along_n_m > 0)) return closure;
+  if (push == bound && contact.along_n_m > 0) return closure;
   const Mat3 sideways = contact.across_n_m * across;
   closure.lambda = (Mat3::Identity() + sideways * compliance).inverse() * (sideways * gap + bound * t);
-  closure.slip_m = t.dot(gap - compliance * closure.lambda) - bound / contact.along_n_m;
+  const double held_m = contact.along_n_m > 0 ? bound / contact.along_n_m : 0;
+  closure.slip_m = t.dot(gap - compliance * closure.lambda) - held_m;
   return closure;
 }
 

@@ -15,7 +15,7 @@
 // contact's force, C the compliance of the body there, K = k_across (1 - t t^T) + k_along t t^T,
 //
 //     lambda = K (g - C lambda)   if its part along t is within [least, most];   else that part is the bound nearest to it,
-//     and the contact slips along t by   t . (g - C lambda) - bound / k_along
+//     and the contact slips along t by   t . (g - C lambda) - bound / k_along   (k_along = 0: the whole of it)
 //
 // so that it never gives energy: the front and the bonds u_j move only along the force that moves them.
 //

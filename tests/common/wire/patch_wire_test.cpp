@@ -189,6 +189,64 @@ TEST_CASE("a tool's body that none can be is refused") {
   CHECK(fault([](Patch& p) { p.torque.y() = NAN; }) == PatchFault::not_finite);
 }
 
+TEST_CASE("a needle's path arrives with its layers, and fits beside as many vertices as is said") {
+  const Patch sent = seeds::needle_patch(5, 6, 8, 3), got = round_trip(sent);
+  CHECK(got.needle.layers.count == 3);
+  CHECK(got.needle.layers.length_m == Approx(0.04).epsilon(1e-7));
+  CHECK(got.needle.tip.inside);
+  CHECK(got.needle.tip.depth_m == Approx(0.013).epsilon(1e-7));
+  CHECK(got.needle.tip.front_m == Approx(0.017).epsilon(1e-7));
+  CHECK(got.needle.tip.layer == 1);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const NeedleLayer &a = got.needle.layers.of[k], &b = sent.needle.layers.of[k];
+    CHECK(a.begins_m == Approx(b.begins_m).epsilon(1e-7));
+    CHECK(a.puncture_n == Approx(b.puncture_n).epsilon(1e-7));
+    CHECK(a.cutting_n == Approx(b.cutting_n).epsilon(1e-7));
+    CHECK(a.friction_n_m == Approx(b.friction_n_m).epsilon(1e-7));
+  }
+  for (std::size_t j = 0; j < kNeedlePoints; ++j) {
+    const PatchNeedle::Point &a = got.needle.points[j], &b = sent.needle.points[j];
+    check_float32(a.position, b.position);
+    CHECK(a.bond_m == Approx(b.bond_m).epsilon(1e-7));
+    CHECK((a.rows - b.rows).cwiseAbs().maxCoeff() <= 1e-4 * sent.surface.vertices[0].rows.cwiseAbs().maxCoeff());
+  }
+  CHECK(round_trip(seeds::body_patch(5, 6, 8, 0, 0)).needle.empty());
+  for (int layers = 1; layers <= kMaxNeedleLayers; ++layers)
+    for (int modes = 0; modes <= kMaxModes; ++modes) {
+      const int vertices = max_port_vertices(modes, kMaxPortTriangles, false, 0, {0, true, layers});
+      CAPTURE(layers, modes, vertices);
+      if (modes <= 8) REQUIRE(vertices >= 3);
+      if (vertices < 3) continue;
+      const Patch full = seeds::needle_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), layers);
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
+    }
+}
+
+TEST_CASE("a needle that none can be is refused") {
+  const Patch right = seeds::needle_patch(5, 6, 8, 3);
+  REQUIRE(check(right) == PatchFault::none);
+  const auto fault = [&](const std::function<void(PatchNeedle&)>& spoil) {
+    Patch wrong = right;
+    spoil(wrong.needle);
+    return check(wrong);
+  };
+  CHECK(fault([](PatchNeedle& n) { n.layers.count = kMaxNeedleLayers + 1; }) == PatchFault::sizes);
+  CHECK(fault([](PatchNeedle& n) { n.points[2].rows.resize(3, 4); }) == PatchFault::sizes);
+  CHECK(fault([](PatchNeedle& n) { n.layers.length_m = 0; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.layers.of[0].begins_m = 0.001; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.layers.of[2].begins_m = 0.010; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.layers.of[1].friction_n_m = -1; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.tip.depth_m = 0.018; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.tip.front_m = 0.05; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.tip.layer = 3; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchNeedle& n) { n.points[4].position.x() = NAN; }) == PatchFault::not_finite);
+  CHECK(fault([](PatchNeedle& n) { n.points[1].bond_m = NAN; }) == PatchFault::not_finite);
+  CHECK(fault([](PatchNeedle& n) { n.layers.of[1].cutting_n = INFINITY; }) == PatchFault::not_finite);
+  Patch upright = right;
+  upright.turn.reset();
+  CHECK(check(upright) == PatchFault::sizes);
+}
+
 TEST_CASE("other tools that no body can have are refused") {
   const Patch right = seeds::shared_patch(5, 6, 8, 2);
   REQUIRE(check(right) == PatchFault::none);

@@ -220,6 +220,23 @@ inline Patch body_patch(int r, int vertices, int triangles, int others, int own)
   return patch;
 }
 
+/// A needle of `layers` layers, 13 mm deep where the cut is 17 mm deep.
+inline Patch needle_patch(int r, int vertices, int triangles, int layers) {
+  Patch patch = body_patch(r, vertices, triangles, 0, 0);
+  PatchNeedle& needle = patch.needle;
+  needle.layers.count = layers;
+  needle.layers.length_m = 0.04;
+  for (int k = 0; k < layers; ++k) needle.layers.of[static_cast<std::size_t>(k)] = {0.011 * k, 0.6 + k, 0.2 * (k + 1), 4.5 * k};
+  needle.tip = {true, 0.013, 0.017, std::min(1, layers - 1)};
+  for (std::size_t j = 0; j < needle.points.size(); ++j) {
+    const double at = static_cast<double>(j);
+    needle.points[j].position = Vec3(0.01, 0.02 - 0.001 * at, -0.01 * at);
+    needle.points[j].bond_m = 0.003 * at - 0.004;
+    needle.points[j].rows = (0.3 - 0.1 * at) * patch.surface.vertices[0].rows;
+  }
+  return patch;
+}
+
 inline std::vector<Message> every_kind() {
   std::mt19937 random(5);
   std::vector<Message> all;
@@ -234,6 +251,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
   all.push_back(message(PatchMessage{body_patch(4, 6, 8, 3, 2)}));
+  all.push_back(message(PatchMessage{needle_patch(4, 6, 8, 3)}));
   Welcome tools{"w", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0};
   tools.turns = true;
   all.push_back(message(tools));

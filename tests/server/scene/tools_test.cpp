@@ -69,3 +69,44 @@ TEST_CASE("A tool that cannot be is refused with what was expected") {
              Contains("both given"));
   CHECK_THAT(refusal(R"({"contact": "attach", "named": "ball"})"), Contains("grasp"));
 }
+
+namespace {
+
+std::string needle_refusal(const std::string& tool, const std::string& tissue) {
+  try {
+    read_scene(
+        R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "fixed_faces": ["z-"], "solid": {"material": "liver"}}, "tissue": )" +
+            tissue + R"(}, "tool": )" + tool + "}",
+        "block.json");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("A needle goes through the tissue of its scene, and is drawn along its shaft") {
+  const std::string needle = R"({"needle": {"length_m": 0.07, "diameter_m": 0.001}})";
+  CHECK(needle_refusal(needle, R"([{"thickness_m": 0.005, "toughness_j_m2": 1136, "puncture_n": 2}, {"toughness_j_m2": 164}])") == "");
+  const ToolShape shape = drawn_shape({.needle = NeedleSpec{0.07, 0.001}});
+  REQUIRE(shape.size() == kMaxToolSpheres);
+  CHECK(shape.front().centre.norm() == 0);
+  CHECK(shape.back().centre.z() == Approx(0.07).margin(kToolStepM));
+  CHECK(shape.front().radius_m == Approx(0.0005).margin(kToolStepM));
+}
+
+TEST_CASE("A needle that cannot be, or a body that it cannot enter, is refused with what was expected") {
+  const std::string needle = R"({"needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue = R"([{"toughness_j_m2": 164}])";
+  CHECK_THAT(refusal(needle), Contains("body.tissue"));
+  CHECK_THAT(needle_refusal(R"({"needle": {"length_m": 0.07}})", tissue), Contains("tool.needle.diameter_m"));
+  CHECK_THAT(needle_refusal(R"({"needle": {"length_m": 3, "diameter_m": 0.001}})", tissue), Contains("0.3"));
+  CHECK_THAT(needle_refusal(R"({"named": "ball", "needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue), Contains("one of them"));
+  CHECK_THAT(needle_refusal(R"({"contact": "attach", "needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue), Contains("grasp"));
+  CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164, "thickness_m": 0.01}])"), Contains("innermost"));
+  CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164}, {"toughness_j_m2": 164}])"), Contains("body.tissue[0].thickness_m"));
+  CHECK_THAT(needle_refusal(needle, R"([{"puncture_n": 1}])"), Contains("toughness_j_m2"));
+  CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164, "friction_n_m": -1}])"), Contains("friction_n_m"));
+  const std::string layer = R"({"toughness_j_m2": 164, "thickness_m": 0.001})";
+  CHECK_THAT(needle_refusal(needle, "[" + layer + "," + layer + "," + layer + R"(, {"toughness_j_m2": 164}])"), Contains("at most 3"));
+}
