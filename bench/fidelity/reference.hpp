@@ -44,7 +44,7 @@ struct ReferenceForce {
   std::vector<Vec3> force;  ///< on the tool, one entry per position [N]
   std::vector<std::uint8_t> contact;
   std::vector<Vec3> torque;  ///< about the tool point [N m]
-  std::vector<NeedleTip> tip;  ///< of a needle
+  std::vector<NeedleTip> tip = {};  ///< of a needle
 };
 
 /// Path of a tool: its positions at 0, 1, 2, ... ms; and how it is held there, empty: upright.

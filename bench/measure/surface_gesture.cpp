@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kAboveM = 0.020, kDeepestM = 0.010, kFarthestM = 0.015;
 constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2, kCircleS = 3, kTapsHz = 3, kGestureRestS = 0.3;
+constexpr double kInsertedM = 0.030, kInsertS = 1.5;
 constexpr int kTapCount = 3;
 
 /// Centre of the face of the upper side nearest to a point of the plane, without steep faces.
@@ -57,7 +58,8 @@ class GestureMaker {
       place_ = top ? Vec3(home.x(), home.y(), *top) : nearest_upper_face(scene.body, home);
     }
     const Vec3 into = into_body(scene);
-    depth_m_ = std::min(kDeepestM, std::abs((place_ - low).dot(into)) / 8);
+    height_m_ = std::abs((place_ - low).dot(into));
+    depth_m_ = std::min(kDeepestM, height_m_ / 8);
     aside_m_ = std::min(kFarthestM, 0.1 * (high - low).maxCoeff());
     rest(kGestureRestS);
   }
@@ -94,6 +96,12 @@ class GestureMaker {
     });
     up(0);
   }
+  void insert() {
+    const double depth = std::min(kInsertedM, height_m_ / 2);
+    down(depth, kInsertS);
+    hold(kHeldS, [&](double) { return at(0, 0, depth); });
+    up(depth, kInsertS);
+  }
   Motion finish(SurfaceGesture gesture) {
     rest(kGestureRestS);
     return Motion(std::move(points_), std::string(name_of(gesture)));
@@ -113,11 +121,11 @@ class GestureMaker {
       points_.push_back({1e-3 * static_cast<double>(points_.size()), path(static_cast<double>(i) / ticks)});
   }
   double above_m() const { return touches_ ? kAboveM : 0.0; }
-  void down(double depth) {
-    hold(kDownS, [&](double u) { return at(0, 0, -above_m() + minimum_jerk(u) * (above_m() + depth)); });
+  void down(double depth, double length_s = kDownS) {
+    hold(length_s, [&](double u) { return at(0, 0, -above_m() + minimum_jerk(u) * (above_m() + depth)); });
   }
-  void up(double depth) {
-    hold(kDownS, [&](double u) { return at(0, 0, depth - minimum_jerk(u) * (above_m() + depth)); });
+  void up(double depth, double length_s = kDownS) {
+    hold(length_s, [&](double u) { return at(0, 0, depth - minimum_jerk(u) * (above_m() + depth)); });
   }
   void rest(double length_s) {
     hold(length_s, [&](double) { return at(0, 0, -above_m()); });
@@ -126,7 +134,7 @@ class GestureMaker {
   Scene scene_;
   bool touches_;
   Vec3 place_ = Vec3::Zero();
-  double depth_m_ = 0, aside_m_ = 0;
+  double height_m_ = 0, depth_m_ = 0, aside_m_ = 0;
   std::vector<MotionPoint> points_;
 };
 
@@ -161,6 +169,7 @@ Motion surface_gesture(const Scene& scene, SurfaceGesture gesture) {
   if (all || gesture == SurfaceGesture::stroke) make.stroke();
   if (all || gesture == SurfaceGesture::circle) make.circle();
   if (all || gesture == SurfaceGesture::tap) make.tap();
+  if (gesture == SurfaceGesture::insert) make.insert();
   return make.finish(gesture);
 }
 

@@ -9,6 +9,7 @@
 //     tap      three times 0.6 d deep at 3 Hz
 //     circle   0.6 d deep, once around a circle of radius r within 3 s
 //     tour     all of them in turn
+//     insert   min(30 mm, h / 2) deep within 1.5 s, held for 0.6 s, and out again as fast: of a needle
 // All along minimum-jerk paths, down the z axis (in a sheet: -y), the first and last 0.3 s at rest.
 #pragma once
 
@@ -21,8 +22,8 @@
 
 namespace palpate {
 
-enum class SurfaceGesture : std::uint8_t { press, stroke, tap, circle, tour };
-inline constexpr std::array<std::string_view, 5> kSurfaceGestureNames{"press", "stroke", "tap", "circle", "tour"};
+enum class SurfaceGesture : std::uint8_t { press, stroke, tap, circle, tour, insert };
+inline constexpr std::array<std::string_view, 6> kSurfaceGestureNames{"press", "stroke", "tap", "circle", "tour", "insert"};
 inline std::string_view name_of(SurfaceGesture g) { return kSurfaceGestureNames[static_cast<std::size_t>(g)]; }
 std::optional<SurfaceGesture> surface_gesture_from_name(std::string_view name);
 

@@ -90,7 +90,7 @@ bool Deadband::all_serve(const PatchPlayer& next, const Station& station) {
   for (PatchPlayer& player : old) {
     player.advance(station.track->sample(stamp));
     if (!made_alike(player.patch(), next.patch()) || player.output().contact != next.output().contact ||
-        !alike(player, next, station.fraction))
+        player.needle_tip().inside != next.needle_tip().inside || !alike(player, next, station.fraction))
       return false;
   }
   const Probes probes = probes_of(next);
