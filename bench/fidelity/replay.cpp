@@ -115,7 +115,7 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
     tick.reference = reference.force[i];
     tick.true_contact = reference.contact[i] != 0;
     tick.reference_torque = reference.torque[i];
-    tick.reference_tip = reference.tip[i];
+    if (!reference.tip.empty()) tick.reference_tip = reference.tip[i];
     felt_torque.push_back(tick.felt_torque);
     felt.push_back(tick.felt);
     contact.push_back(tick.contact);
