@@ -25,8 +25,8 @@ Matrix prescribed_motion(const LinearPort& model) {
   return motion;
 }
 
-std::vector<Wrench> wrenches(const LinearPort& model) {
-  std::vector<Wrench> all;
+std::vector<ToolLoad> wrenches(const LinearPort& model) {
+  std::vector<ToolLoad> all;
   if (model.others.own == 0) return all;
   const SurfaceView skin = model.frame.skin().view();
   std::vector<std::pair<const Port*, Vec3>> contacts{
@@ -46,7 +46,7 @@ std::vector<Wrench> wrenches(const LinearPort& model) {
       const double lever = std::sqrt(lever2);
       if (about && lever < kLeastLeverM) continue;
       const auto n = model.at.masses().size();
-      Wrench& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n), about ? kTurnedRad * lever : kLongestM);
+      ToolLoad& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n), about ? kTurnedRad * lever : kLongestM);
       for (const auto& [port, at] : contacts)
         for (std::size_t k = 0; k < 3; ++k) {
           const double share = way(at)[static_cast<Eigen::Index>(k)] / (lever * count);
@@ -71,7 +71,7 @@ KrylovStart krylov_start(const LinearPort& model) {
     for (const Vector& b : port.input) start.fine.push_back(b.cwiseQuotient(model.at.masses()));
   }
   if (model.hyper()) return start;
-  for (Wrench& wrench : wrenches(model)) start.ports.push_back(std::move(wrench.response));
+  for (ToolLoad& wrench : wrenches(model)) start.ports.push_back(std::move(wrench.response));
   start.ports.insert(start.ports.end(), port.slides.begin(), port.slides.end());
   return start;
 }

@@ -201,6 +201,10 @@ void FramePatches::give_fading_force(const StationJob& job, Micros stamp, Statio
   patch.contact = body_->scene().tool.contact;
   patch.constant = true;
   patch.force = station->fade->force.at(stamp);
+  if (!body_->scene().tool.shape.empty()) {
+    patch.turn = station->track.turning(stamp).turn;
+    patch.torque = station->fade->torque.at(stamp);
+  }
   patch.tool = tool.position;
   patch.tool_velocity = tool.velocity;
   patch.trust_radius_m = kWorldExtentM;

@@ -16,6 +16,9 @@ struct NamedTool {
 /// All named tools, sorted by name.
 const std::vector<NamedTool>& named_tools();
 
+/// Returns the tool of that name, or nullptr.
+const NamedTool* find_tool(const std::string& name);
+
 /// Lists each named tool in a line.
 std::string list_of_tools();
 
