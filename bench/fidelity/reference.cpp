@@ -130,7 +130,7 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
 void ReferenceModel::reset() {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
-  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.fade[k] = ReleaseFade(now, force(k));
+  for (std::size_t k = 0; k < s.tracks.size(); ++k) s.fade[k] = ReleaseFade(now, Wrench(force(k), torque(k)));
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.ports.clear();
@@ -153,13 +153,12 @@ Vec3 ReferenceModel::force(std::size_t tool) const {
 Vec3 ReferenceModel::torque(std::size_t tool) const {
   const State& s = *state_;
   Vec3 torque = Vec3::Zero();
-  if ((s.scene.tool.shape.empty() && !s.tissue) || s.fade[tool]) return torque;
+  if (!s.scene.tool.has_body()) return torque;
+  if (s.fade[tool]) return s.fade[tool]->torque.at(Micros{1000 * (s.ticks - 1)});
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
   s.for_contacts(tool, [&](const ToolPort& port) {
-    const Vec3 contact =
-        contact_place(port, at.centre_of(port.sphere).position, normal_at(s.skin.view(), surface, port.point));
-    torque -= (contact - at.at.position).cross(port.lambda);
+    torque += wrench_of(port, at, normal_at(s.skin.view(), surface, port.point)).torque;
   });
   return torque;
 }
@@ -190,8 +189,8 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
     for (std::size_t k = 0; k < paths.size(); ++k) {
       result[k].force.push_back(model.force(k));
       result[k].contact.push_back(model.contact(k));
-      result[k].torque.push_back(model.torque(k));
-      result[k].tip.push_back(model.tip(k));
+      if (scene.tool.has_body()) result[k].torque.push_back(model.torque(k));
+      if (scene.tool.needle) result[k].tip.push_back(model.tip(k));
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }

@@ -43,8 +43,8 @@ class ReferenceModel {
 struct ReferenceForce {
   std::vector<Vec3> force;  ///< on the tool, one entry per position [N]
   std::vector<std::uint8_t> contact;
-  std::vector<Vec3> torque;  ///< about the tool point [N m]
-  std::vector<NeedleTip> tip = {};  ///< of a needle
+  std::vector<Vec3> torque;         ///< about the tool point [N m]; empty for a tool that is a point
+  std::vector<NeedleTip> tip = {};  ///< of a needle; empty for other tools
 };
 
 /// Path of a tool: its positions at 0, 1, 2, ... ms; and how it is held there, empty: upright.

@@ -23,13 +23,14 @@ std::unique_ptr<MotionDevice> make_device(const Motion& motion, const ReplayOpti
 std::string station_name(std::size_t k) { return k == 0 ? "replay" : "replay " + std::to_string(k + 1); }
 
 /// Adds the k-th station of a replay; the first is the same as in a replay with one station.
-WorldStation& add_station(World& world, const Motion& motion, const ReplayOptions& options, std::size_t k) {
+WorldStation& add_station(World& world, const Scene& scene, const Motion& motion, const ReplayOptions& options, std::size_t k) {
   constexpr std::uint64_t kSeedsEach = 2;  // seeds per link: up and down
   ClientOptions client;
   client.hello.station = station_name(k);
   client.hello.scheme = options.scheme;
   client.hello.order = static_cast<std::uint16_t>(options.order);
   client.guard.passivity = options.passivity;
+  client.guard.renders_torque = scene.tool.has_body() && !options.simulated_device;
   auto device = make_device(motion, options);
   if (options.simulated_device) {
     client.guard.force_max_n = device->caps().force_max_n;
@@ -110,19 +111,22 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
   std::vector<Vec3> felt, felt_torque;
   std::vector<std::uint8_t> contact;
   std::vector<double> ages_us;
+  const bool has_torque = !reference.torque.empty();
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     ReplayTick& tick = result.ticks[i];
     tick.reference = reference.force[i];
     tick.true_contact = reference.contact[i] != 0;
-    tick.reference_torque = reference.torque[i];
     if (!reference.tip.empty()) tick.reference_tip = reference.tip[i];
-    felt_torque.push_back(tick.felt_torque);
+    if (has_torque) {
+      tick.reference_torque = reference.torque[i];
+      felt_torque.push_back(tick.felt_torque);
+    }
     felt.push_back(tick.felt);
     contact.push_back(tick.contact);
     if (tick.patch_age >= Micros{}) ages_us.push_back(static_cast<double>(tick.patch_age.count()));
   }
   result.fidelity = fidelity_of(felt, reference.force, scored);
-  result.torque = fidelity_of(felt_torque, reference.torque, scored);
+  if (has_torque) result.torque = fidelity_of(felt_torque, reference.torque, scored);
   result.onset = onset_errors(contact, reference.contact);
   std::vector<HandOver> between;
   for (const ReplaySwap& swap : result.swaps) between.push_back(swap.between);
@@ -192,13 +196,17 @@ void count(ReplayResult& result, const World& world, std::size_t k, const Tally&
 
 std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results) {
   std::vector<ReferenceForce> references(results.size());
-  for (std::size_t k = 0; k < results.size(); ++k)
-    for (const ReplayTick& tick : results[k].ticks) {
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    const std::vector<ReplayTick>& ticks = results[k].ticks;
+    const bool has_torque =
+        std::any_of(ticks.begin(), ticks.end(), [](const ReplayTick& tick) { return !tick.reference_torque.isZero(0); });
+    for (const ReplayTick& tick : ticks) {
       references[k].force.push_back(tick.reference);
       references[k].contact.push_back(tick.true_contact ? 1 : 0);
-      references[k].torque.push_back(tick.reference_torque);
+      if (has_torque) references[k].torque.push_back(tick.reference_torque);
       references[k].tip.push_back(tick.reference_tip);
     }
+  }
   return references;
 }
 
@@ -238,7 +246,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   }
   World world(scene, in);
   std::vector<WorldStation*> stations;
-  for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, motions[k], options, k));
+  for (std::size_t k = 0; k < n; ++k) stations.push_back(&add_station(world, scene, motions[k], options, k));
 
   Times build, frame;
   PhaseTimes phases(stopwatch);

@@ -72,7 +72,7 @@ struct ReplayResult {
   std::vector<ReplayTick> ticks;  ///< 0, 1, 2, ... ms into the motion
   std::vector<ReplaySwap> swaps;
   std::vector<ReplayFrame> frames;
-  Fidelity fidelity, torque;  ///< of the force; of the torque on a tool with a body [N m]
+  Fidelity fidelity, torque;  ///< of the force; of the torque on a tool with a body that was touched [N m], else all zero
   OnsetErrors onset;
   HandOverSteps hand_over;  ///< between the patches, before the cross-fade
   HandOverSteps felt_step;  ///< what a hand-over adds to the change of force from tick to tick, beyond that of the reference

@@ -59,12 +59,18 @@ ReplayOptions options_of(const ReplayFlags& flags, const Scene& scene, double rt
 }
 
 void write_forces(const std::filesystem::path& file, const ReplayResult& result) {
-  std::string csv = "t_s,fx_n,fy_n,fz_n,fx_ref_n,fy_ref_n,fz_ref_n,patch_age_ms,contact\n";
+  const bool turned = result.torque.contact_ticks > 0;
+  std::string csv = "t_s,fx_n,fy_n,fz_n,fx_ref_n,fy_ref_n,fz_ref_n,patch_age_ms,contact";
+  csv += turned ? ",tx_nm,ty_nm,tz_nm,tx_ref_nm,ty_ref_nm,tz_ref_nm\n" : "\n";
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const ReplayTick& t = result.ticks[i];
-    fmt::format_to(std::back_inserter(csv), "{:.3f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.3f},{}\n",
+    fmt::format_to(std::back_inserter(csv), "{:.3f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.3f},{}",
                    static_cast<double>(i) * 1e-3, t.felt.x(), t.felt.y(), t.felt.z(), t.reference.x(), t.reference.y(),
                    t.reference.z(), seconds(t.patch_age) * 1e3, t.contact ? 1 : 0);
+    for (const Vec3* torque : {&t.felt_torque, &t.reference_torque})
+      if (turned)
+        fmt::format_to(std::back_inserter(csv), ",{:.9g},{:.9g},{:.9g}", torque->x(), torque->y(), torque->z());
+    csv += '\n';
   }
   write_text(file, csv);
 }
@@ -97,6 +103,7 @@ Json summary(const ReplayResult& r, const std::vector<std::uint8_t>& present) {
                {"dissipated_j", r.guard.dissipated_j},
                {"damper_max_n", r.guard.damper_max_n},
                {"damper_rms_n", r.guard.damper_rms_n()}});
+  if (r.torque.contact_ticks > 0) json["torque"] = {{"snr_db", r.torque.snr_db}, {"p95_rel_error", r.torque.p95_rel_error}};
   return json;
 }
 

@@ -128,6 +128,10 @@ class Exporter {
     tables_.row(folder(name) / "forces.csv", "t_s,fx_n,fy_n,fz_n,contact,fx_model_n,fy_model_n,fz_model_n,patch_age_ms",
                 "{:.6f},{:.9g},{:.9g},{:.9g},{:d},{:.9g},{:.9g},{:.9g},{:.3f}", t_s(t.t), t.force.x(), t.force.y(), t.force.z(),
                 t.contact, t.model_force.x(), t.model_force.y(), t.model_force.z(), t.has_patch ? ms(t.patch_age) : -1.0);
+    if (t.torque.isZero(0) && t.model_torque.isZero(0)) return;
+    tables_.row(folder(name) / "torques.csv", "t_s,tx_nm,ty_nm,tz_nm,tx_model_nm,ty_model_nm,tz_model_nm",
+                "{:.6f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", t_s(t.t), t.torque.x(), t.torque.y(), t.torque.z(),
+                t.model_torque.x(), t.model_torque.y(), t.model_torque.z());
   }
   void add(const RecordedPacket& packet) {
     Message message;

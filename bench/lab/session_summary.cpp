@@ -24,7 +24,7 @@ struct SessionSummaryFlags {
 };
 
 Json figures_of(const SessionMetrics& m) {
-  return {{"duration_s", m.duration_s},
+  Json json{{"duration_s", m.duration_s},
           {"contact_s", m.contact_s},
           {"contacts", m.contacts},
           {"force_peak_n", m.force_peak_n},
@@ -34,6 +34,8 @@ Json figures_of(const SessionMetrics& m) {
           {"path_m", m.path_m},
           {"speed_mean_m_s", m.speed_mean_m_s},
           {"smoothness_sparc", m.sparc}};
+  if (m.torque_peak_nm > 0) json["torque_peak_nm"] = m.torque_peak_nm;
+  return json;
 }
 
 void write_path(const std::filesystem::path& file, const SessionHand& hand) {
@@ -191,6 +193,7 @@ int run_summary(const SessionSummaryFlags& flags) {
     fmt::print("{}: {:.1f} s in contact, {:.2f} N {}, {:.2f} N mean, {:.1f} s over {:g} N, path {:.2f} m, smoothness {:.2f}\n",
                hand.name, m.contact_s, m.force_peak_n, sampled ? "peak of the server's frames" : "peak felt", m.force_mean_n,
                m.over_s, flags.over_n, m.path_m, m.sparc);
+    if (m.torque_peak_nm > 0) fmt::print("{}: {:.3f} N m peak torque felt\n", hand.name, m.torque_peak_nm);
   }
   add_task(recording, summary, page);
   if (sampled)

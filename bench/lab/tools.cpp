@@ -80,9 +80,8 @@ void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& 
   Scene scene = open_scene((std::filesystem::path(folder) / (cell.scene.substr(0, at) + ".json")).string());
   if (scene.tool.contact != ContactKind::touch)
     throw InputError("--only " + cell.scene, "is a grasp", "a scene that a tool touches");
-  const std::vector<NamedTool>& known = named_tools();
-  const auto tool = std::find_if(known.begin(), known.end(), [&](const NamedTool& t) { return t.name == cell.tool; });
-  if (tool == known.end()) throw InputError("--tools " + cell.tool, "is not a tool of scenes/tools", list_of_tools());
+  const NamedTool* tool = find_tool(cell.tool);
+  if (!tool) throw InputError("--tools " + cell.tool, "is not a tool of scenes/tools", list_of_tools());
   scene.tool.shape = tool->shape;
   const ExaminedPlace place =
       at == std::string::npos ? top_of(scene) : drawn_places(scene, std::stoi(cell.scene.substr(at + 1))).back();

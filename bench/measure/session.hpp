@@ -16,6 +16,7 @@ struct SessionForce {
   double t_s = 0;
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
   bool contact = false;
+  Vec3 torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]; zero where a recording has none
 };
 
 struct SessionTurn {

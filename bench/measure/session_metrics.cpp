@@ -22,6 +22,7 @@ void measure_forces(SessionMetrics& m, const std::vector<SessionForce>& forces, 
     contact = now.contact;
     over = n > (over ? kOverEnds : 1) * threshold_n;
     m.force_peak_n = std::max(m.force_peak_n, n);
+    m.torque_peak_nm = std::max(m.torque_peak_nm, now.torque.norm());
     if (n > threshold_n) m.over_s += held_s;
     if (!contact) continue;
     m.contact_s += held_s;

@@ -2,6 +2,7 @@
 //
 //   contact_s       time in contact; a force holds until the next one, for at most kHoldMostS
 //   force_peak_n    largest |f|;  force_mean_n: mean |f| over the time in contact
+//   torque_peak_nm  largest |t| about the tool point; 0 for a tool that is a point and in recordings of a server
 //   over_s          time with |f| above the threshold; overs: number of times it was exceeded, counted anew after it fell below
 //                   kOverEnds of it
 //   path_m          length of the path, resampled to kResampleHz
@@ -20,7 +21,7 @@ namespace palpate {
 inline constexpr double kResampleHz = 100, kBandHz = 10, kLeastShare = 0.05, kHoldMostS = 0.25, kOverEnds = 0.9;
 
 struct SessionMetrics {
-  double duration_s = 0, contact_s = 0, force_peak_n = 0, force_mean_n = 0, over_s = 0, path_m = 0, speed_mean_m_s = 0;
+  double duration_s = 0, contact_s = 0, force_peak_n = 0, force_mean_n = 0, torque_peak_nm = 0, over_s = 0, path_m = 0, speed_mean_m_s = 0;
   int contacts = 0, overs = 0;
   double sparc = 0;
 };

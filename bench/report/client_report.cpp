@@ -50,18 +50,22 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
   std::string line;
   if (!std::getline(in, line)) throw InputError(file.string(), "cannot be read", "forces.csv of palpate-client --report");
   const auto header = split(line);
-  constexpr std::size_t kFirst = 9, kEach = 4;
-  if (header.size() < kFirst || header[0] != "t_s" || (header.size() - kFirst) % kEach != 0)
+  constexpr std::size_t kFirst = 9, kEach = 4, kTurn = 4, kTorque = 3;
+  const auto turned_at = static_cast<std::size_t>(std::find(header.begin(), header.end(), "qx") - header.begin());
+  const bool turned = turned_at < header.size();
+  const bool whole = turned_at >= kFirst && (turned_at - kFirst) % kEach == 0;
+  const std::size_t displays = whole ? 1 + (turned_at - kFirst) / kEach : 0;
+  if (!whole || header[0] != "t_s" || (turned && header.size() != turned_at + kTurn + kTorque * displays))
     throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
   ClientReport r;
   std::vector<std::string> compared;
-  for (std::size_t c = kFirst; c < header.size(); c += kEach)
+  for (std::size_t c = kFirst; c < turned_at; c += kEach)
     compared.emplace_back(header[c].substr(0, header[c].rfind("_fx_n")));
   read_summary(folder / "summary.json", r);
   const std::string scheme = r.scheme + (r.chosen_by_server ? " (auto)" : "");
   const std::string felt = !felt_name.empty() ? felt_name : !scheme.empty() ? scheme : "felt";
-  r.displays.push_back({felt_display(felt, compared), {}, {}});
-  for (const std::string& name : compared) r.displays.push_back({name, {}, {}});
+  r.displays.push_back({felt_display(felt, compared), {}, {}, {}});
+  for (const std::string& name : compared) r.displays.push_back({name, {}, {}, {}});
 
   std::vector<double> last;
   for (std::size_t number = 2; std::getline(in, line); ++number) {
@@ -87,7 +91,13 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
         const std::size_t c = d == 0 ? 4 : kFirst + (d - 1) * kEach;
         r.displays[d].force.emplace_back(value(c), value(c + 1), value(c + 2));
         r.displays[d].contact.push_back(row[d == 0 ? 8 : c + 3] > 0.5);
+        const std::size_t t = turned_at + kTurn + kTorque * d;
+        if (turned) r.displays[d].torque.emplace_back(value(t), value(t + 1), value(t + 2));
       }
+      // Within the small angle of a skipped tick the mean of two quaternions, made of unit length, lies between them evenly.
+      if (turned)
+        r.turns.push_back(
+            Rotation(value(turned_at + 3), value(turned_at), value(turned_at + 1), value(turned_at + 2)).normalized());
     }
     last = row;
   }

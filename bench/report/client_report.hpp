@@ -15,6 +15,7 @@ struct ReportedDisplay {
   std::string name;
   std::vector<Vec3> force;  ///< on the tool [N]
   std::vector<std::uint8_t> contact;
+  std::vector<Vec3> torque;  ///< about the tool point [N m]; empty where the report has none
 };
 
 struct ClientReport {
@@ -24,12 +25,13 @@ struct ClientReport {
   int order = 0;                          ///< requested states of a patch, 0: the server's default
   double rate_hz = 0;                     ///< the server's frames per second; 0 if summary.json does not contain it
   std::vector<Vec3> positions;            ///< positions of the tool, one per millisecond from the start of the motion [m]
+  std::vector<Rotation> turns;            ///< how it was held there; empty where no torque was asked for
   std::vector<double> patch_age_ms;       ///< patch age of the felt display; below 0: it had no patch
   std::vector<ReportedDisplay> displays;  ///< the felt one first
 };
 
 /// Reads forces.csv in `folder`: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then
-/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison. A skipped tick is interpolated from its neighbours, as the
+/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison; with torque qx,qy,qz,qw and each display's torque. A skipped tick is interpolated from its neighbours, as the
 /// reference needs one position per millisecond. Throws InputError if the file cannot be read or is not longer than a second.
 ClientReport read_client_report(const std::filesystem::path& folder, const std::string& felt_name);
 

@@ -35,6 +35,7 @@ struct FidelityRow {
   std::string name;
   Fidelity fidelity;
   OnsetErrors onset;
+  std::optional<Fidelity> torque;
 };
 
 void write_forces(const std::filesystem::path& file, const ClientReport& report, const ReferenceForce& reference) {
@@ -53,21 +54,28 @@ void write_forces(const std::filesystem::path& file, const ClientReport& report,
 
 std::vector<FidelityRow> rows_of(const ClientReport& report, const ReferenceForce& reference) {
   std::vector<FidelityRow> rows;
-  for (const ReportedDisplay& display : report.displays)
+  for (const ReportedDisplay& display : report.displays) {
     rows.push_back(
-        {display.name, compare(display.force, reference.force, kSkipTicks), onset_errors(display.contact, reference.contact)});
+        {display.name, compare(display.force, reference.force, kSkipTicks), onset_errors(display.contact, reference.contact), {}});
+    const bool has_torque = std::any_of(display.torque.begin(), display.torque.end(), [](const Vec3& t) { return !t.isZero(0); });
+    if (has_torque && !reference.torque.empty()) rows.back().torque = compare(display.torque, reference.torque, kSkipTicks);
+  }
   return rows;
 }
 
 void print(const std::vector<FidelityRow>& rows) {
   std::size_t wide = 10;
-  for (const FidelityRow& row : rows) wide = std::max(wide, row.name.size());
+  for (const FidelityRow& row : rows) wide = std::max(wide, row.name.size() + (row.torque ? std::string_view(", torque").size() : 0));
   fmt::print("  {:<{}} {:>9} {:>14} {:>14} {:>9} {:>17}\n", "display", wide, "SNR [dB]", "rms error [%]", "p95 error [%]",
              "lag [ms]", "worst onset [ms]");
   for (const FidelityRow& row : rows)
     fmt::print("  {:<{}} {:>9.1f} {:>14.1f} {:>14.1f} {:>9} {:>17}\n", row.name, wide, row.fidelity.snr_db,
                100 * row.fidelity.rel_rms, 100 * row.fidelity.p95_rel_error, row.fidelity.lag_ms,
                row.onset.missed > 0 ? "missed" : fmt::format("{:+}", row.onset.worst_ms));
+  for (const FidelityRow& row : rows)
+    if (row.torque)
+      fmt::print("  {:<{}} {:>9.1f} {:>14.1f} {:>14.1f} {:>9}\n", row.name + ", torque", wide, row.torque->snr_db,
+                 100 * row.torque->rel_rms, 100 * row.torque->p95_rel_error, row.torque->lag_ms);
   fmt::print(
       "\n  An SNR of 20 dB is an error of a tenth, about what a hand can just notice. The rms error is relative to the rms of "
       "the force. "
@@ -90,6 +98,8 @@ Json to_json(const std::vector<FidelityRow>& rows, const std::optional<CleanLink
     json[row.name] = fidelity_json(row.fidelity);
     json[row.name].update(
         {{"onset_error_ms", row.onset.worst_ms}, {"onsets", row.onset.onsets}, {"onsets_missed", row.onset.missed}});
+    if (row.torque)
+      json[row.name]["torque"] = {{"snr_db", row.torque->snr_db}, {"p95_rel_error", row.torque->p95_rel_error}};
   }
   if (!clean) return json;
   json["clean_link"] = {{"scheme", clean->scheme}, {"rtt_ms", clean->rtt_ms}};
@@ -146,9 +156,9 @@ int run_fidelity(const FidelityFlags& flags) {
   std::optional<CleanLinkRun> clean_run;
   if (flags.clean_rtt_ms) clean_run.emplace(scene, report, *flags.clean_rtt_ms);
   const auto progress = show_progress();
-  const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, [&](double share) {
-                                     progress("the full model at 1 kHz", share);
-                                   }).front();
+  const auto turns = report.turns.empty() ? std::span<const ToolTurns>() : std::span<const ToolTurns>(&report.turns, 1);
+  const auto shown = [&](double share) { progress("the full model at 1 kHz", share); };
+  const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, shown, turns).front();
   write_forces(out / "fidelity.csv", report, reference);
   const std::vector<FidelityRow> rows = rows_of(report, reference);
   if (rows.front().fidelity.contact_ticks == 0) {

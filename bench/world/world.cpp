@@ -172,7 +172,7 @@ void World::haptic_ticks() {
     const TickOutput out =
         s->run_tick(s->core_->haptic(), {t, s->reading_.position, turns ? Orientation(s->reading_.orientation) : Orientation()});
     if (s->device_) s->core_->haptic().buttons().say(t, s->reading_.buttons);
-    if (s->device_) s->device_->write(out.force);
+    if (s->device_) s->device_->write(out.wrench());
     if (s->on_tick) s->on_tick(now_, s->reading_.position, out);
   }
 }

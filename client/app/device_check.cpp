@@ -25,6 +25,7 @@ namespace {
 constexpr Micros kLook{20'000}, kReadyMost{120'000'000};
 constexpr double kTrialS = 10;
 constexpr std::array kPushes{"to the right", "away from you", "up"};
+constexpr std::array kTwists{"its top towards you", "its top to the right", "counter-clockwise seen from above"};
 
 void tell(const std::string& line) {
   fmt::print("{}\n", line);
@@ -33,9 +34,9 @@ void tell(const std::string& line) {
 
 std::unique_ptr<Device> open_named(const AppOptions& options, const std::string& name) {
   if (is_hardware(name)) return open_hardware(name, realtime_setup(options.realtime));
-  if (name != "sim")
-    throw InputError("--check-device", "'" + name + "' is no device to try", "sim|" + std::string(kHardwareKinds));
-  DeviceOptions sim{DeviceKind::sim, options.hand, options.seed};
+  if (name != "sim" && name != "sim6")
+    throw InputError("--check-device", "'" + name + "' is no device to try", "sim|sim6|" + std::string(kHardwareKinds));
+  DeviceOptions sim{name == "sim6" ? DeviceKind::sim6 : DeviceKind::sim, options.hand, options.seed};
   auto device = make_device(Motion::rest(Vec3::Zero(), 1.0), sim);
   device->start(monotonic_now());
   return device;
@@ -67,6 +68,22 @@ void watch(DeviceCheck& check, Micros duration, const std::atomic<bool>& stop) {
   }
 }
 
+/// Says how the hand yielded to a push or twist. Returns false when that was the wrong way.
+bool tell_yield(Yield yield, const char* done, const char* way) {
+  switch (yield) {
+    case Yield::along:
+      tell(fmt::format("  {} {}: the hand yielded that way", done, way));
+      return true;
+    case Yield::not_at_all:
+      tell(fmt::format("  {} {}: the hand did not yield; hold it more lightly and try again", done, way));
+      return true;
+    case Yield::against:
+      break;
+  }
+  tell(fmt::format("  {} {}: the hand yielded the other way: the signs of its axes are wrong. Do not use it", done, way));
+  return false;
+}
+
 /// Returns false when an axis pushed in the wrong direction.
 bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
   tell(fmt::format(
@@ -78,19 +95,23 @@ bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
     return true;
   }
   for (int axis = 0; axis < 3 && !stop && check.running(); ++axis) {
-    const char* const way = kPushes[static_cast<std::size_t>(axis)];
-    switch (check.push(axis, stop)) {
-      case Yield::along:
-        tell(fmt::format("  pushed {}: the hand yielded that way", way));
-        break;
-      case Yield::not_at_all:
-        tell(fmt::format("  pushed {}: the hand did not yield; hold it more lightly and try again", way));
-        break;
-      case Yield::against:
-        tell(fmt::format("  pushed {}: the hand yielded the other way: the signs of its axes are wrong. Do not use it", way));
-        return false;
-    }
+    if (!tell_yield(check.push(axis, stop), "pushed", kPushes[static_cast<std::size_t>(axis)])) return false;
   }
+  return true;
+}
+
+/// Returns false when an axis turned in the wrong direction.
+bool test_torques(DeviceCheck& check, const std::atomic<bool>& stop) {
+  tell(fmt::format(
+      "torque test: it will turn with {:.0f} mN m about the axis to the right, then the one away from you, then the one up, for a "
+      "second each. Hold it lightly and let it turn. Type yes to begin, anything else to skip it:",
+      1e3 * check.test_torque_nm()));
+  if (answer(check, stop) != "yes") {
+    tell("the torque test was skipped");
+    return true;
+  }
+  for (int axis = 0; axis < 3 && !stop && check.running(); ++axis)
+    if (!tell_yield(check.twist(axis, stop), "turned", kTwists[static_cast<std::size_t>(axis)])) return false;
   return true;
 }
 
@@ -117,7 +138,8 @@ int check_device(const AppOptions& options, const std::atomic<bool>& stop) {
   DeviceCheck check(*device, options.realtime);
   watch(check, from_seconds(trial_s), stop);
   const bool can_push = device->caps().renders_force && check.test_force_n() > 0 && !stop && check.running();
-  const bool pushes_right = !can_push || test_forces(check, stop);
+  bool pushes_right = !can_push || test_forces(check, stop);
+  if (pushes_right && can_push && device->caps().renders_torque && !stop && check.running()) pushes_right = test_torques(check, stop);
   const DeviceFigures figures = check.finish();
   fmt::print("{}", describe(figures, device->caps()));
   const std::vector<std::string> faults = faults_of(figures, device->caps());

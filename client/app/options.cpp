@@ -42,13 +42,13 @@ struct Typed {
 
 void declare_hands(CLI::App& app, TypedOfHands& typed) {
   app.add_option("--device", typed.devices,
-                 "sim: a simulated Phantom 1.5 in a simulated hand; replay: the recorded motion, whatever the force; "
+                 "sim: a simulated Phantom 1.5 in a simulated hand; sim6: the same, which turns and renders a torque; replay: the recorded motion, whatever the force; "
                  "openhaptics[:NAME]: 3D "
                  "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; inverse3[:ID]: "
                  "Haply Inverse3; hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks "
                  "(docs/reference/devices.md); "
                  "repeated for further hands of this person")
-      ->type_name(fmt::format("sim|replay|{}", kHardwareKinds))
+      ->type_name(fmt::format("sim|sim6|replay|{}", kHardwareKinds))
       ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option(
@@ -171,9 +171,10 @@ Value choose(const char* flag, const std::string& typed, std::initializer_list<s
 
 DeviceKind device_of(const std::string& typed) {
   if (typed == "sim") return DeviceKind::sim;
+  if (typed == "sim6") return DeviceKind::sim6;
   if (typed == "replay") return DeviceKind::replay;
   if (is_hardware(typed)) return DeviceKind::sim;  // not used
-  throw InputError("--device", "'" + typed + "' is not a device", fmt::format("sim|replay|{}", kHardwareKinds));
+  throw InputError("--device", "'" + typed + "' is not a device", fmt::format("sim|sim6|replay|{}", kHardwareKinds));
 }
 
 PassivityMode passivity_of(const std::string& typed, DeviceKind device) {
@@ -307,8 +308,8 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   if (options.held && !typed.motion.empty())
     throw InputError("--motion", "with --device " + typed.device,
                      "--device sim or replay: a hand that holds a device moves by itself");
-  if (options.release_s && (options.device != DeviceKind::sim || options.held))
-    throw InputError("--release-s", "with --device " + typed.device, "--device sim: a recording has no hand to let go");
+  if (options.release_s && (options.device == DeviceKind::replay || options.held))
+    throw InputError("--release-s", "with --device " + typed.device, "--device sim or sim6: a recording has no hand to let go");
   options.motion_file = typed.motion;
   if (!typed.motion.empty()) options.motion = read_motion(options.motion_file);
   if (!options.motion && options.device == DeviceKind::replay)

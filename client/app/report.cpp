@@ -138,7 +138,9 @@ Json display_json(const DisplayReport& display) {
             {"energy_min_j", guard.energy_min_j},
             {"dissipated_j", guard.dissipated_j},
             {"damper_max_n", guard.damper_max_n},
-            {"damper_rms_n", guard.damper_rms_n()}}}};
+            {"damper_rms_n", guard.damper_rms_n()},
+            {"damper_max_nm", guard.damper_max_nm},
+            {"torques_left_out", guard.torques_left_out}}}};
 }
 
 /// Forces of guidance on this hand.
@@ -168,6 +170,7 @@ Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& rea
           {"work_ns_p50", stats.work_ns.percentile(0.5)},
           {"work_ns_p99", stats.work_ns.percentile(0.99)},
           {"force_max_n", stats.force_max_n},
+          {"torque_max_nm", stats.torque_max_nm},
           {"device_away_ticks", stats.away},
           {"device_not_believed_ticks", stats.not_believed},
           {"watchdog_halts", stats.halts},
@@ -178,21 +181,34 @@ Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& rea
 }  // namespace
 
 void write_forces(const std::filesystem::path& file, const RunReport& run) {
-  std::string text = "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact";
-  for (std::size_t i = 1; i < run.displays.size(); ++i)
-    fmt::format_to(std::back_inserter(text), ",{0}_fx_n,{0}_fy_n,{0}_fz_n,{0}_contact", run.displays[i].scheme);
-  text += '\n';
   const std::size_t rows = run.ticks ? run.ticks->size() : 0;
+  bool turned = false;
+  for (std::size_t row = 0; row < rows && !turned; ++row) turned = !run.ticks->tick(row).model.torque.isZero(0);
+  std::string text = "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact";
+  const auto out = std::back_inserter(text);
+  for (std::size_t i = 1; i < run.displays.size(); ++i)
+    fmt::format_to(out, ",{0}_fx_n,{0}_fy_n,{0}_fz_n,{0}_contact", run.displays[i].scheme);
+  if (turned) text += ",qx,qy,qz,qw";
+  for (std::size_t i = 0; i < run.displays.size() && turned; ++i)
+    fmt::format_to(out, ",{0}tx_nm,{0}ty_nm,{0}tz_nm", i == 0 ? std::string() : run.displays[i].scheme + "_");
+  text += '\n';
   for (std::size_t row = 0; row < rows; ++row) {
     const TickRecord& tick = run.ticks->tick(row);
     const auto displays = run.ticks->row(row);
-    const Vec3 &p = tick.position, &f = displays[0].force;
-    fmt::format_to(std::back_inserter(text), "{:.6f},{:.9f},{:.9f},{:.9f},{:.9g},{:.9g},{:.9g},{:.3f},{:d}", seconds(tick.t),
-                   p.x(), p.y(), p.z(), f.x(), f.y(), f.z(), tick.has_patch ? milliseconds(tick.patch_age) : -1.0,
-                   displays[0].contact);
+    const Vec3 &p = tick.position, &f = displays[0].wrench.force;
+    fmt::format_to(out, "{:.6f},{:.9f},{:.9f},{:.9f},{:.9g},{:.9g},{:.9g},{:.3f},{:d}", seconds(tick.t), p.x(), p.y(), p.z(), f.x(),
+                   f.y(), f.z(), tick.has_patch ? milliseconds(tick.patch_age) : -1.0, displays[0].contact);
     for (const DisplayRecord& display : displays.subspan(1))
-      fmt::format_to(std::back_inserter(text), ",{:.9g},{:.9g},{:.9g},{:d}", display.force.x(), display.force.y(),
-                     display.force.z(), display.contact);
+      fmt::format_to(out, ",{:.9g},{:.9g},{:.9g},{:d}", display.wrench.force.x(), display.wrench.force.y(),
+                     display.wrench.force.z(), display.contact);
+    if (turned) {
+      const Rotation q = tick.orientation.value_or(Rotation::Identity());
+      fmt::format_to(out, ",{:.6f},{:.6f},{:.6f},{:.6f}", q.x(), q.y(), q.z(), q.w());
+    }
+    for (std::size_t i = 0; i < displays.size() && turned; ++i) {
+      const Vec3& t = displays[i].wrench.torque;
+      fmt::format_to(out, ",{:.9g},{:.9g},{:.9g}", t.x(), t.y(), t.z());
+    }
     text += '\n';
   }
   write(file, text);
@@ -227,6 +243,10 @@ std::string describe(const RunReport& run) {
                    stats.ticks, stats.late, stats.skipped, stats.late_us.percentile(0.5), stats.late_us.percentile(0.99));
     fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
                    stats.tick_ns.percentile(0.99), stats.force_max_n);
+    if (stats.torque_max_nm > 0) fmt::format_to(out, "torque    largest {:.4f} N m\n", stats.torque_max_nm);
+    if (felt.guard.torques_left_out > 0)
+      fmt::format_to(out, "torque    left out for {:.1f} s, as {} renders none\n",
+                     static_cast<double>(felt.guard.torques_left_out) / kHapticRateHz, run.options.device_name);
     if (stats.away + stats.not_believed + stats.halts > 0)
       fmt::format_to(out, "device    {} ms away, {} ms not believed; force taken away {} by the watchdog\n", stats.away,
                      stats.not_believed, times(stats.halts));

@@ -18,17 +18,41 @@ double compliance_of(const Patch& patch, const ModeVector& moves, double instant
   return compliance;
 }
 
-/// The same at the patch's point.
-double compliance_of_touch(const Patch& patch) {
+/// Stiffness of one contact along its normal [N/m], 0 where it has none.
+struct StiffContact {
+  double stiffness_n_m = 0;
+  Vec3 normal = Vec3::Zero();
+};
+
+StiffContact stiff_contact(double compliance, const Vec3& normal) { return {compliance > 0 ? 1 / compliance : 0, normal}; }
+
+/// Contact at the patch's point.
+StiffContact contact_at_point(const Patch& patch) {
   const Triangle& corner = patch.surface.triangles[patch.point.triangle];
   const auto vertex = [&](std::size_t k) -> const PortVertex& { return patch.surface.vertices[corner[k]]; };
   const Vec3 across = (vertex(1).position - vertex(0).position).cross(vertex(2).position - vertex(0).position);
-  if (!(across.squaredNorm() > 0)) return 0;
+  if (!(across.squaredNorm() > 0)) return {};
   const Vec3 normal = across.normalized();
   ModeVector moves = ModeVector::Zero(patch.modes());
   for (std::size_t k = 0; k < 3; ++k)
     moves.noalias() += patch.point.weight[static_cast<Eigen::Index>(k)] * (vertex(k).rows.transpose() * normal);
-  return compliance_of(patch, moves, normal.dot(patch.c_static * normal));
+  return stiff_contact(compliance_of(patch, moves, normal.dot(patch.c_static * normal)), normal);
+}
+
+StiffContact contact_of(const Patch& patch, const OtherContact& other) {
+  return stiff_contact(
+      compliance_of(patch, other.rows.transpose() * other.normal, other.normal.dot(other.c_static * other.normal)), other.normal);
+}
+
+/// The other contacts of the tool's own body.
+std::span<const OtherContact> own_contacts(const Patch& patch) {
+  return patch.others.tools().first(static_cast<std::size_t>(patch.others.own));
+}
+
+double largest_eigenvalue(const Mat3& symmetric) {
+  Eigen::SelfAdjointEigenSolver<Mat3> values;
+  values.computeDirect(symmetric, Eigen::EigenvaluesOnly);
+  return values.eigenvalues()[2];
 }
 
 /// Returns the largest rate at which a patch's force grows against a tool that moves in the next tick [N/m].
@@ -42,19 +66,22 @@ double stiffness_of(const Patch& patch, double dt_s) {
 
 double stiffness_of_port(const Patch& patch) noexcept {
   if (patch.constant) return 0;
-  if (patch.contact == ContactKind::attach) {
-    Eigen::SelfAdjointEigenSolver<Mat3> values;
-    values.computeDirect(patch.k_port, Eigen::EigenvaluesOnly);
-    return values.eigenvalues()[2];
-  }
-  const double compliance = compliance_of_touch(patch);
-  double stiffness = compliance > 0 ? 1 / compliance : 0;
-  for (const OtherContact& other : patch.others.tools().first(static_cast<std::size_t>(patch.others.own))) {
-    const double of_other =
-        compliance_of(patch, other.rows.transpose() * other.normal, other.normal.dot(other.c_static * other.normal));
-    if (of_other > 0) stiffness += 1 / of_other;
-  }
+  if (patch.contact == ContactKind::attach) return largest_eigenvalue(patch.k_port);
+  double stiffness = contact_at_point(patch).stiffness_n_m;
+  for (const OtherContact& other : own_contacts(patch)) stiffness += contact_of(patch, other).stiffness_n_m;
   return stiffness;
+}
+
+double torsion_of_port(const Patch& patch) noexcept {
+  if (patch.constant || patch.contact == ContactKind::attach || !patch.turn) return 0;
+  Mat3 torsion = Mat3::Zero();
+  const auto add = [&](const StiffContact& contact, const ToolSphere& sphere) {
+    const Vec3 lever = (*patch.turn * sphere.centre).cross(contact.normal);
+    torsion += contact.stiffness_n_m * lever * lever.transpose();
+  };
+  add(contact_at_point(patch), patch.sphere);
+  for (const OtherContact& other : own_contacts(patch)) add(contact_of(patch, other), other.sphere);
+  return largest_eigenvalue(torsion);
 }
 
 HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, const GuardLimits& limits,
@@ -64,7 +91,7 @@ HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, co
 void HapticTick::restart() noexcept {
   guard_.restart();
   gain_ = 0;
-  fade_offset_ = torque_offset_ = Vec3::Zero();
+  fade_offset_ = {};
   fade_left_ = 0;
   damper_.restart();
   coupled_hand_.restart();
@@ -77,7 +104,7 @@ void HapticTick::restart_after_gap(Micros now) noexcept {
   restart();
   if (has_player_ && now - stamp_ > valid_for()) {
     has_player_ = false;
-    environment_ = Vec3::Zero();
+    environment_ = {};
   }
 }
 
@@ -89,13 +116,18 @@ Micros HapticTick::valid_for() const noexcept {
 
 /// Returns the scale k_max / k of the header, and counts it.
 double HapticTick::share_of(const Patch& patch) noexcept {
-  const double most = guard_.limits().stiffness_max_n_m;
-  if (most <= 0) return 1;
-  const double stiffness = stiffness_of_port(patch);
-  if (!(stiffness > most)) return 1;
+  const GuardLimits& limits = guard_.limits();
+  const auto scale = [&](double most, double (*of)(const Patch&) noexcept) {
+    if (most <= 0) return 1.0;
+    const double stiffness = of(patch);
+    return stiffness > most ? most / stiffness : 1.0;
+  };
+  const double share = std::min(scale(limits.stiffness_max_n_m, &stiffness_of_port),
+                                limits.renders_torque ? scale(limits.torsion_stiffness_max_nm_rad, &torsion_of_port) : 1.0);
+  if (share >= 1) return 1;
   ++counts_.softened;
-  counts_.softened_most = std::min(counts_.softened_most, most / stiffness);
-  return most / stiffness;
+  counts_.softened_most = std::min(counts_.softened_most, share);
+  return share;
 }
 
 /// Renews the patch in use, which is as good as one stamped `stamp`.
@@ -141,16 +173,16 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   // The same patch again is one whose terms have arrived.
   if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
   const PlayerOutput old = has_player_ ? player_.advance(now) : PlayerOutput{};
-  const Vec3 before = softening_ * old.force + fade_offset_, torque_before = softening_ * old.torque + torque_offset_;
+  const Wrench before = softening_ * Wrench(old.force, old.torque) + fade_offset_;
   softening_ = share_of(next.patch());
-  const Vec3 after = softening_ * next.advance(now).force, step = before - after;
+  const PlayerOutput fresh = next.advance(now);
+  const Wrench after = softening_ * Wrench(fresh.force, fresh.torque), step = before - after;
   player_ = next;
   damper_.play(next.patch());
   if (has_player_) {
     fade_offset_ = step;
-    torque_offset_ = torque_before - softening_ * next.output().torque;
-    fade_left_ = cross_fade_ticks(step.norm(), after.norm());
-    counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.norm());
+    fade_left_ = cross_fade_ticks(step.force.norm(), after.force.norm());
+    counts_.hand_over_step_max_n = std::max(counts_.hand_over_step_max_n, step.force.norm());
   }
   has_player_ = true;
 }
@@ -158,40 +190,37 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
 /// Moves the virtual tool, substitutes it for the device and returns the force on the device.
 Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
   if (recent_.empty()) tool_ = {sample.position, Vec3::Zero(), sample.position};
-  const double of_patch = environment_.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
+  const double of_patch = environment_.force.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
   const double stiffness = of_patch + coupled_hand_.stiffness_n_m() + coupled_hand_.damping_n_s_m() / dt_s;
-  const Vec3 force = couple(coupling_, tool_, sample.position, {environment_ + guidance_, stiffness}, dt_s);
+  const Vec3 force = couple(coupling_, tool_, sample.position, {environment_.force + guidance_, stiffness}, dt_s);
   sample.position = tool_.position;
   return force;
 }
 
-/// Returns the force of player and damper after cross-fade and fade.
-Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& out) noexcept {
+/// Returns the wrench of player and damper after cross-fade and fade.
+Wrench HapticTick::patch_wrench(const ToolSample& sample, double dt_s, TickOutput& out) noexcept {
   const Patch& patch = player_.patch();
   out.has_patch = true;
   out.contact = player_.output().contact;
   out.tip = player_.needle_tip();
   out.patch_stamp = stamp_;
   out.patch_age = sample.t - stamp_;
-  Vec3 force = softening_ * player_.output().force, torque = softening_ * player_.output().torque;
+  Wrench wrench = softening_ * Wrench(player_.output().force, player_.output().torque);
   if (fade_left_ > 0) {
-    force += fade_offset_;
-    torque += torque_offset_;
+    wrench += fade_offset_;
     fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
-    torque_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
     --fade_left_;
   }
-  force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s);
+  wrench.force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s);
   out.outlived = out.patch_age > valid_for() || sample.t.count() > server_until_us_.load(std::memory_order_acquire);
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
   const double target = good ? 1.0 : 0.0;
   // At zero force nothing is felt, so no fade is needed: a contact that begins with a fresh patch is felt at once.
-  const bool felt = force.squaredNorm() > 0;
+  const bool felt = wrench.force.squaredNorm() > 0 || wrench.torque.squaredNorm() > 0;
   gain_ = felt ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
   if (gain_ < 1) ++counts_.faded_ticks;
   out.gain = felt ? gain_ : 1;
-  out.torque = gain_ * torque;
-  return gain_ * guard_.clamped(force);
+  return gain_ * guard_.clamped(wrench);
 }
 
 /// Returns the force of guidance, and notes it for the network thread.
@@ -219,9 +248,10 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   ++counts_.ticks;
   const bool usable = in_world(reading.position), first = recent_.empty();
   // An invalid reading would stay in a model: the tool counts as standing still.
-  if (usable) device_ = reading.position;
-  ToolSample sample{reading.t, device_,
-                    reading.orientation && is_unit(*reading.orientation) ? reading.orientation : Orientation()};
+  if (usable) device_.position = reading.position;
+  const bool turns = reading.orientation && is_unit(*reading.orientation);
+  if (turns) device_.turn = *reading.orientation;
+  ToolSample sample{reading.t, device_.position, turns ? reading.orientation : Orientation()};
   const Micros passed = first ? kTick : sample.t - recent_.newest().t;
   const bool coupled = coupling_.stiffness_n_m > 0;
   Vec3 coupling_force = Vec3::Zero();
@@ -236,7 +266,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   if (next && sample.t - next->time() <= kValidBeyondAge) {
     hand_over(*next, sample);
     out.swapped = true;
-    out.hand_over_step_n = fade_offset_.norm();
+    out.hand_over_step_n = fade_offset_.force.norm();
   } else if (has_player_) {
     player_.advance(sample);
   }
@@ -244,13 +274,16 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
     if (const Micros renewed = std::min(renewed_to(), player_.patch().stamp + kRenewedMost); renewed > stamp_)
       renew(renewed, sample.t);
   recent_.add(sample);
-  if (has_player_) environment_ = patch_force(sample, seconds(std::max(passed, Micros{1})), out);
+  if (has_player_) environment_ = patch_wrench(sample, seconds(std::max(passed, Micros{1})), out);
   // The virtual tool passes the force of guidance on to the device a tick later.
   const Vec3 led = guidance_;
   guidance_ = guidance_force(sample, seconds(std::max(passed, Micros{1})));
   out.guidance = coupled ? led : guidance_;
-  out.model_force = coupled ? Vec3(coupling_force - led) : environment_;
-  out.force = guard_.pass(out.model_force, device_, seconds(passed), out.guidance);
+  out.model_force = coupled ? Vec3(coupling_force - led) : environment_.force;
+  out.model_torque = environment_.torque;
+  const Wrench shown = guard_.pass({out.model_force, out.model_torque}, device_, seconds(passed), out.guidance);
+  out.force = shown.force;
+  out.torque = shown.torque;
   return out;
 }
 

@@ -18,11 +18,16 @@
 //
 // Where other tools touch the body, a damper is added to the patch's force (hands_damper.hpp).
 //
+// On a tool with a body there is a torque about the tool point too. It shares every fade, scale and limit of the force; a device
+// that renders none gets none (guard.hpp).
+//
 // Where the device can render a stiffness of k_max and the patch has more, k (stiffness_of_port), the force is scaled by k_max /
-// k: a passive force times a constant is passive.
+// k: a passive force times a constant is passive. The same holds for a torsional stiffness (torsion_of_port); the smaller scale
+// counts, for both.
 //
 // With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch meets the virtual tool instead of the
 // device, and so does the server through the samples. The device feels the coupling: one tick later, and never stiffer than k_c.
+// The virtual tool turns with the device, which feels the torque directly.
 #pragma once
 
 #include <atomic>
@@ -48,11 +53,10 @@ inline bool in_world(const Vec3& position) noexcept {
 }
 
 struct TickOutput {
-  Vec3 force = Vec3::Zero();        ///< force for the device to render, after the guard [N]
-  Vec3 model_force = Vec3::Zero();  ///< force before the guard, without guidance [N]
-  Vec3 torque = Vec3::Zero();    ///< of the patch on a tool with a body, about the tool point, not passed through the guard [N m]
-  NeedleTip tip;                 ///< of a needle, by the patch
-  Vec3 guidance = Vec3::Zero();  ///< force of guidance before the guard [N]
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  ///< for the device to render, after the guard [N], about the tool point [N m]
+  Vec3 model_force = Vec3::Zero(), model_torque = Vec3::Zero();  ///< before the guard, without guidance
+  NeedleTip tip;                                                 ///< of a needle, by the patch
+  Vec3 guidance = Vec3::Zero();                                  ///< force of guidance before the guard [N]
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};           ///< now minus patch_stamp
@@ -61,6 +65,7 @@ struct TickOutput {
   double hand_over_step_n = 0;  ///< force step of that hand-over before the cross-fade [N]
   double gain = 1;              ///< displayed share of the patch's force, below 1 while it fades
   bool outlived = false;        ///< true: the patch in use is older than its validity
+  Wrench wrench() const { return {force, torque}; }
 };
 
 /// Bounds of the server's claims (see above).
@@ -70,6 +75,10 @@ inline constexpr Micros kValidMost{5'000'000}, kValidBeyondAge{1'000'000}, kRene
 /// modes at rest. For touch: 1 / (n^T (R K^-1 R^T + c_static) n + 1 / k_c) along the normal n at the patch's point, after all
 /// modes have followed, modes without stiffness omitted, summed over the contacts of the tool's body. 0 for a constant patch.
 double stiffness_of_port(const Patch& patch) noexcept;
+
+/// Returns the torsional stiffness that a patch shows to a hand about the tool point [N m/rad]: the largest eigenvalue of
+/// sum_j k_j (R a_j x n_j)(R a_j x n_j)^T over the contacts of the tool's body, with k_j those of stiffness_of_port. 0 for a point.
+double torsion_of_port(const Patch& patch) noexcept;
 
 struct HapticCounts {
   std::uint64_t ticks = 0, samples_dropped = 0, patches_used = 0, faded_ticks = 0;
@@ -138,7 +147,7 @@ class HapticTick {
   static int cross_fade_ticks(double step_n, double force_n) noexcept;
   void hand_over(PatchPlayer& next, const ToolSample& now) noexcept;
   Vec3 couple_to_tool(ToolSample& sample, double dt_s) noexcept;
-  Vec3 patch_force(const ToolSample& sample, double dt_s, TickOutput& out) noexcept;
+  Wrench patch_wrench(const ToolSample& sample, double dt_s, TickOutput& out) noexcept;
   Vec3 guidance_force(const ToolSample& sample, double dt_s) noexcept;
 
   LatestSlot<PatchPlayer>& patches_;
@@ -146,14 +155,14 @@ class HapticTick {
   Guard guard_;
   CouplingParameters coupling_;
   VirtualTool tool_;
-  Vec3 device_ = Vec3::Zero();       ///< last usable reading [m]
-  Vec3 environment_ = Vec3::Zero();  ///< the patch's force on the virtual tool [N]
+  ToolPose device_;     ///< last usable reading
+  Wrench environment_;  ///< the patch's wrench on the virtual tool
   PatchPlayer player_;
   bool has_player_ = false;
   double softening_ = 1;                       ///< scale of the player's force
   Micros stamp_{};                             ///< stamp of the patch in use, or later if it was renewed
   SampleHistory<ToolSample> recent_{kRecent};  ///< the ticks before this one
-  Vec3 fade_offset_ = Vec3::Zero(), torque_offset_ = Vec3::Zero();
+  Wrench fade_offset_;
   int fade_left_ = 0;
   double gain_ = 0;
   HandsDamper damper_;

@@ -1,7 +1,8 @@
-// A haptic device as the 1 kHz loop sees it: the loop reads the tool's position and writes the force for the hand.
+// A haptic device as the 1 kHz loop sees it: the loop reads the tool's pose and writes force and torque for the hand.
 //
 // read, write, resume and stop are called from one thread, once a millisecond; they do not allocate, lock, log, throw or wait.
-// Everything is in frame W [m, N]: axes, units and signs of the hardware end inside the adapter.
+// Everything is in frame W [m, N, N m]: axes, units and signs of the hardware end inside the adapter. "Force" below means the
+// torque too, where a device renders one.
 //
 // Life of a real device: not_ready (homing, or waiting for calibration) -> ok <-> fault (it switched its force off: too hot, too
 // fast) -> gone (unplugged) -> not_ready again when it returns. In every state but ok there is no force, and `position` is
@@ -16,7 +17,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/types.hpp"
+#include "common/base/wrench.hpp"
 
 namespace palpate {
 
@@ -33,7 +34,14 @@ struct DeviceCaps {
   bool has_orientation = false;     ///< true: readings carry an orientation
   int buttons = 0;                  ///< number of buttons, 32 at most
   Micros watchdog{};                ///< silence of the host after which driver or device switch the force off by themselves
-  std::string model{};              ///< maker, model, serial number and driver as the device reports them, for reports
+  // torque, about the tool point
+  bool renders_torque = false;              ///< false: a written torque has no effect; orientation is needed for true
+  double torque_max_nm = 0;                 ///< peak torque, Euclidean norm
+  double torque_slew_max_nm_s = 0;          ///< largest change of torque
+  double torque_continuous_nm = 0;          ///< torque that it can hold indefinitely
+  double torsion_stiffness_max_nm_rad = 0;  ///< stable rendering limit at 1 kHz
+  double spin_max_rad_s = 0;                ///< a hand does not turn it faster
+  std::string model{};  ///< maker, model, serial number and driver as the device reports them, for reports
 };
 
 enum class DeviceState : std::uint8_t {
@@ -96,8 +104,8 @@ class Device {
   virtual ExchangeFigures exchanges() const { return {}; }
   /// `now` is the client's monotonic clock; simulated devices advance their own dynamics to it.
   virtual DeviceReading read(Micros now) noexcept = 0;
-  /// Sets the force on the tool [N] from now on. A force that is not finite counts as zero.
-  virtual void write(const Vec3& force) noexcept = 0;
+  /// Sets the wrench on the tool from now on. A part that is not finite counts as zero.
+  virtual void write(const Wrench& wrench) noexcept = 0;
   /// Makes the device safe: zero force. Called on every path out.
   virtual void stop() noexcept = 0;
   /// Sets zero force, and ignores written forces until resume(). Callable from any thread, also while read() or write() hang in a

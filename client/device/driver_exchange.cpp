@@ -10,16 +10,16 @@ DriverExchange::DriverExchange(double driver_hz) noexcept
   last_.reason = "it starts";
 }
 
-Vec3 DriverExchange::turn(const DeviceReading& reading) noexcept {
+Wrench DriverExchange::turn(const DeviceReading& reading) noexcept {
   readings_.back() = reading;
   readings_.publish();
-  if (const Vec3* newest = forces_.take()) {
+  if (const Wrench* newest = forces_.take()) {
     force_ = *newest;
     still_turns_ = 0;
   } else if (still_turns_ < stale_turns_ && ++still_turns_ == stale_turns_) {
-    force_ = Vec3::Zero();
+    force_ = {};
   }
-  return reading.ok() && !halted_.load(std::memory_order_acquire) ? force_ : Vec3::Zero();
+  return reading.ok() && !halted_.load(std::memory_order_acquire) ? force_ : Wrench();
 }
 
 DeviceReading DriverExchange::read() noexcept {
@@ -33,8 +33,8 @@ DeviceReading DriverExchange::read() noexcept {
   return last_;
 }
 
-void DriverExchange::write(const Vec3& force) noexcept {
-  forces_.back() = last_.ok() && force.allFinite() ? force : Vec3::Zero();
+void DriverExchange::write(const Wrench& wrench) noexcept {
+  forces_.back() = last_.ok() ? finite_parts(wrench) : Wrench();
   forces_.publish();
 }
 

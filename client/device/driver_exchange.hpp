@@ -27,26 +27,26 @@ class DriverExchange {
   /// `driver_hz`: rate of turn().
   explicit DriverExchange(double driver_hz) noexcept;
 
-  /// Passes on the reading of this turn of the driver. Returns the force to render from now on [N, W]: the newest, or zero while
-  /// the reading is not ok, after halt(), and when the loop has not written for kStaleAfter.
-  Vec3 turn(const DeviceReading& reading) noexcept;
+  /// Passes on the reading of this turn of the driver. Returns the wrench to render from now on: the newest, or zero while the
+  /// reading is not ok, after halt(), and when the loop has not written for kStaleAfter.
+  Wrench turn(const DeviceReading& reading) noexcept;
 
   DeviceReading read() noexcept;
-  /// The force counts as zero when it is not finite, and while the last read() was not ok.
-  void write(const Vec3& force) noexcept;
+  /// A part that is not finite counts as zero, and all of it while the last read() was not ok.
+  void write(const Wrench& wrench) noexcept;
 
   void halt() noexcept { halted_.store(true, std::memory_order_release); }
   void resume() noexcept { halted_.store(false, std::memory_order_release); }
 
  private:
   LatestSlot<DeviceReading> readings_;
-  LatestSlot<Vec3> forces_;
+  LatestSlot<Wrench> forces_;
   std::atomic<bool> halted_{false};
   static_assert(std::atomic<bool>::is_always_lock_free, "set from signal handlers");
   // state of the driver's thread
   const int stale_turns_;
   int still_turns_ = 0;
-  Vec3 force_ = Vec3::Zero();
+  Wrench force_;
   // state of the loop's thread
   DeviceReading last_;
   int silent_reads_ = 0;

@@ -12,6 +12,7 @@ std::unique_ptr<MotionDevice> make_phantom(const Motion& motion, const DeviceOpt
   phantom.hand = options.hand;
   phantom.seed = options.seed;
   phantom.release_s = options.release_s;
+  if (options.kind == DeviceKind::sim6) phantom.wrist = SimWrist{};
   return std::make_unique<SimPhantom>(motion, phantom);
 }
 

@@ -13,6 +13,7 @@ namespace palpate {
 
 enum class DeviceKind : std::uint8_t {
   sim,    ///< a simulated Phantom 1.5 in a simulated hand that intends `motion` (sim_phantom.hpp)
+  sim6,   ///< the same, which turns and renders a torque
   replay  ///< the tool follows `motion`, whatever force is written (replay_device.hpp)
 };
 

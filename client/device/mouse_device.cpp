@@ -36,8 +36,8 @@ DeviceReading MouseDevice::read(Micros now) noexcept {
   return reading;
 }
 
-void MouseDevice::write(const Vec3& force) noexcept {
-  feels_.back() = {position_, force};
+void MouseDevice::write(const Wrench& wrench) noexcept {
+  feels_.back() = {position_, wrench.force};
   feels_.publish();
 }
 

@@ -30,8 +30,8 @@ class MouseDevice final : public Device {
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
-  void write(const Vec3& force) noexcept override;
-  void stop() noexcept override { write(Vec3::Zero()); }
+  void write(const Wrench& wrench) noexcept override;
+  void stop() noexcept override { write({}); }
 
   /// Sets the target of the tool. One thread, not that of the haptic loop.
   void aim(const Vec3& target);

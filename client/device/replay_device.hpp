@@ -14,17 +14,17 @@ class ReplayDevice final : public MotionDevice {
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
-  void write(const Vec3& force) noexcept override { force_ = force; }
-  void stop() noexcept override { force_ = Vec3::Zero(); }
+  void write(const Wrench& wrench) noexcept override { wrench_ = wrench; }
+  void stop() noexcept override { wrench_ = {}; }
 
   /// Force last written [N].
-  const Vec3& force() const noexcept { return force_; }
+  const Vec3& force() const noexcept { return wrench_.force; }
 
  private:
   Motion motion_;
   AtEnd at_end_;
   DeviceCaps caps_;
-  Vec3 force_ = Vec3::Zero();
+  Wrench wrench_;
 };
 
 }  // namespace palpate

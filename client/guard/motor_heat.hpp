@@ -1,4 +1,5 @@
-// Thermal limit of a device's motors: a peak force for a moment, the continuous force indefinitely.
+// Thermal limit of a device's motors: a peak force for a moment, the continuous force indefinitely. For
+// the motors that turn the tool: torque [N m] instead of force.
 //
 // Copper loss grows with the square of the current, and so of the force F. With F_c the continuous force and T a time constant,
 // the temperature rise, as a share of the allowed rise of the windings, follows

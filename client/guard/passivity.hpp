@@ -6,6 +6,13 @@
 //
 //     E += -1/2 (F_before + F_now) . dx                 per tick, dx the tool's motion in the tick
 //
+// Of a tool that feels torque the account is that of both: - 1/2 (T_before + T_now) . dphi is added, dphi its rotation in the tick.
+// One account, because one contact may return through the torque what it was given through the force; two would damp that. F and
+// T / L make one vector, dx and L dphi another, so that F . dx + T . dphi is their product, and everything below holds for them as
+// it does for F and dx: the bounds on the energy are those of force and torque together. L = kLeverM only weighs one against the
+// other in |F|, in the displacement below and in the damper, whose inertia m L^2 about the tool point has to be no more than a
+// handle's. Without torque nothing depends on it.
+//
 // F is the force on the tool as finally rendered, with the controller's own contribution and all limits. It is not known yet
 // while a tick is computed: the requested force and the damper of the previous tick stand in for it, and rendered() corrects
 // that. A display of springs, masses and dampers that starts unloaded keeps E >= 0. The mean of both ends makes a spring sampled
@@ -48,18 +55,18 @@
 
 #include <array>
 
-#include "common/base/types.hpp"
+#include "common/base/wrench.hpp"
 
 namespace palpate {
 
 class Passivity {
  public:
-  /// Runs the observer. `force` and `dx` are finite; the tick lasted `dt_s` > 0.
-  void observe(const Vec3& force, const Vec3& dx, double dt_s) noexcept;
-  /// Runs the controller: returns the force to add to `force`, the one observed last; zero while E is in order. Once a tick.
-  Vec3 damper(const Vec3& force) noexcept;
-  /// Reports the force finally rendered, and the damper's part of it.
-  void rendered(const Vec3& force, const Vec3& damper) noexcept;
+  /// Runs the observer. `wrench` and `moved` are finite; the tick lasted `dt_s` > 0.
+  void observe(const Wrench& wrench, const SmallMotion& moved, double dt_s) noexcept;
+  /// Runs the controller: returns the wrench to add to `wrench`, the one observed last; zero while E is in order. Once a tick.
+  Wrench damper(const Wrench& wrench) noexcept;
+  /// Reports the wrench finally rendered, and the damper's part of it.
+  void rendered(const Wrench& wrench, const Wrench& damper) noexcept;
   void reset() noexcept;
   /// E [J].
   double energy_j() const noexcept { return energy_j_; }
@@ -70,6 +77,7 @@ class Passivity {
   static constexpr double kFullJ = 1e-3;       ///< 0.1 N over 10 mm: hardly what a hand feels
   static constexpr double kAlphaMaxNSM = 20;
   static constexpr double kDeviceKg = 0.075;  ///< apparent mass of a Phantom 1.5 that nobody holds
+  static constexpr double kLeverM = 0.02;     ///< L: 3e-5 kg m^2 with kDeviceKg
   static constexpr double kWayM = 4e-4;
   static constexpr std::size_t kWindow = 8;
   static constexpr double kEnergyMaxJ = 0.2;  ///< 8.5 N reached over 47 mm
@@ -78,24 +86,40 @@ class Passivity {
   static constexpr double kReturnW = 5e-3;  ///< 1 N that moves at 5 mm/s
 
  private:
+  /// (F, T / L) or (dx, L dphi).
+  struct Six {
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+    static Six of(const Wrench& w) { return {w.force, w.torque / kLeverM}; }
+    static Six of(const SmallMotion& m) { return {m.way, kLeverM * m.angle}; }
+    Wrench wrench() const { return {linear, kLeverM * angular}; }
+    double dot(const Six& o) const { return linear.dot(o.linear) + angular.dot(o.angular); }
+    double square() const { return dot(*this); }
+    double norm() const;
+    double stable_norm() const;
+    friend Six operator+(const Six& a, const Six& b) { return {a.linear + b.linear, a.angular + b.angular}; }
+    friend Six operator-(const Six& a, const Six& b) { return {a.linear - b.linear, a.angular - b.angular}; }
+    friend Six operator/(const Six& a, double s) { return {a.linear / s, a.angular / s}; }
+    friend Six operator*(double s, const Six& a) { return {s * a.linear, s * a.angular}; }
+  };
   struct Motion {
-    Vec3 velocity;
+    Six velocity;
     double alpha;
   };
+  static double share_to(double length, const Six& way, const Six& step) noexcept;
   Motion motion() const noexcept;
-  Vec3 damped(const Vec3& force) noexcept;
-  Vec3 drag(const Vec3& force, double force_n) const noexcept;
+  Six damped(const Six& force) noexcept;
+  Six drag(const Six& force, double force_n) const noexcept;
   double weakened() const noexcept;
   void gain(double energy_j) noexcept;
 
   struct Step {
-    Vec3 dx = Vec3::Zero();
+    Six dx;
     double dt_s = 0;
   };
   std::array<Step, kWindow> steps_{};
   std::size_t newest_ = 0;
-  Vec3 force_ = Vec3::Zero(), damper_ = Vec3::Zero(), drag_ = Vec3::Zero();
-  Vec3 expected_ = Vec3::Zero(), half_way_ = Vec3::Zero();  ///< half_way_: displacement weighted with the force of this tick
+  Six force_, damper_, drag_;
+  Six expected_, half_way_;  ///< half_way_: displacement weighted with the force of this tick
   double energy_j_ = 0, dissipated_j_ = 0;
   int rest_ticks_ = 0;
 };

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <thread>
 
+#include "common/base/rotation_vector.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -16,7 +19,8 @@ namespace {
 constexpr std::uint64_t kSecondTicks = 1000;
 constexpr double kTestMostN = 0.5, kTestShare = 0.25;  // kTestShare: of the force that the motors can hold
 constexpr double kTestRiseNTick = 0.005;               // 5 N/s: feels like a push, not a knock
-constexpr double kYieldM = 0.0005;
+constexpr double kTestMostNm = 0.02, kTestRiseNmTick = 0.0002;
+constexpr double kYieldM = 0.0005, kYieldRad = 0.01;
 constexpr Micros kPushTime{1'000'000}, kRestTime{500'000}, kMeanTime{200'000}, kPollDevice{2'000};
 constexpr double kLateShareMax = 0.01, kSkippedShareMax = 0.001, kAnswersLeastHz = 500;
 
@@ -55,24 +59,23 @@ class DeviceCheck::Probe final : public Device {
     return reading;
   }
   ExchangeFigures exchanges() const override { return device_.exchanges(); }
-  void write(const Vec3& force) noexcept override {
-    if (const Vec3* target = targets_.take()) target_ = *target;
-    const Vec3 way = (ok_ ? target_ : Vec3(Vec3::Zero())) - push_;
-    push_ += way.norm() > kTestRiseNTick ? Vec3(way.normalized() * kTestRiseNTick) : way;
-    if (!ok_) push_.setZero();
-    device_.write(force + push_);
+  void write(const Wrench& wrench) noexcept override {
+    if (const Wrench* target = targets_.take()) target_ = *target;
+    push_ += limited_to((ok_ ? target_ : Wrench()) - push_, kTestRiseNTick, kTestRiseNmTick);
+    if (!ok_) push_ = {};
+    device_.write(wrench + push_);
   }
   void stop() noexcept override { device_.stop(); }
   void halt() noexcept override { device_.halt(); }
   void resume() noexcept override {
-    push_.setZero();
+    push_ = {};
     device_.resume();
   }
 
   // functions of the other thread
   const DeviceReading* newest() { return newest_.take(); }
-  void aim(const Vec3& force) {
-    targets_.back() = force;
+  void aim(const Wrench& wrench) {
+    targets_.back() = wrench;
     targets_.publish();
   }
   /// Fills in the figures. After the loop.
@@ -81,6 +84,7 @@ class DeviceCheck::Probe final : public Device {
     figures.step_m = step_ < std::numeric_limits<double>::infinity() ? step_ : 0;
     figures.noise_m = stillness_.noise();
     figures.reached = reached_;
+    figures.turned_rad = turned_rad_;
     figures.buttons = buttons_;
     figures.state = last_.state;
     figures.reason = last_.reason.text();
@@ -96,11 +100,17 @@ class DeviceCheck::Probe final : public Device {
     reached_.extend(place_);
     stillness_.add(place_);
     buttons_ |= reading.buttons;
+    if (!caps().has_orientation) return;
+    if (watched_ == 1) first_turn_ = reading.orientation;
+    turned_rad_ = std::max(turned_rad_, first_turn_.angularDistance(reading.orientation));
   }
 
   Device& device_;
   bool ok_ = false;
-  Vec3 target_ = Vec3::Zero(), push_ = Vec3::Zero(), place_ = Vec3::Zero();
+  Wrench target_, push_;
+  Vec3 place_ = Vec3::Zero();
+  Eigen::Quaterniond first_turn_ = Eigen::Quaterniond::Identity();
+  double turned_rad_ = 0;
   std::uint64_t watched_ = 0;
   double step_ = std::numeric_limits<double>::infinity();
   Stillness stillness_;
@@ -108,7 +118,7 @@ class DeviceCheck::Probe final : public Device {
   std::uint32_t buttons_ = 0;
   DeviceReading last_;
   LatestSlot<DeviceReading> newest_;
-  LatestSlot<Vec3> targets_;
+  LatestSlot<Wrench> targets_;
 };
 
 /// A display that never receives a patch: its force is zero.
@@ -135,8 +145,27 @@ bool DeviceCheck::running() const { return loop_->running(); }
 
 double DeviceCheck::test_force_n() const { return std::min(kTestMostN, kTestShare * probe_->caps().force_continuous_n); }
 
+double DeviceCheck::test_torque_nm() const { return std::min(kTestMostNm, kTestShare * probe_->caps().torque_continuous_nm); }
+
 Yield DeviceCheck::push(int axis, const std::atomic<bool>& stop) {
-  /// Returns the mean position on that axis over the last kMeanTime of `time`.
+  return test(test_force_n() * Vec3::Unit(axis), kYieldM, [axis](const DeviceReading& reading) { return reading.position[axis]; },
+              stop);
+}
+
+Yield DeviceCheck::twist(int axis, const std::atomic<bool>& stop) {
+  std::optional<Rotation> first;
+  const auto angle = [&first, axis](const DeviceReading& reading) {
+    const Rotation turn(reading.orientation);
+    if (!first) first = turn;
+    return rotation_between(*first, turn)[axis];
+  };
+  return test({Vec3::Zero(), test_torque_nm() * Vec3::Unit(axis)}, kYieldRad, angle, stop);
+}
+
+/// Exerts a wrench for a second. `along`: coordinate that it moves; less than `least` is no motion.
+Yield DeviceCheck::test(const Wrench& wrench, double least, const std::function<double(const DeviceReading&)>& along,
+                        const std::atomic<bool>& stop) {
+  /// Returns the mean coordinate over the last kMeanTime of `time`.
   const auto place_after = [&](Micros time) {
     const Micros begin = monotonic_now();
     double sum = 0;
@@ -145,16 +174,16 @@ Yield DeviceCheck::push(int axis, const std::atomic<bool>& stop) {
       std::this_thread::sleep_for(kPollDevice);
       const DeviceReading* reading = newest();
       if (!reading || passed < time - kMeanTime) continue;
-      sum += reading->position[axis];
+      sum += along(*reading);
       ++count;
     }
     return count > 0 ? sum / count : 0.0;
   };
   const double before = place_after(kRestTime);
-  probe_->aim(test_force_n() * Vec3::Unit(axis));
+  probe_->aim(wrench);
   const double after = place_after(kPushTime);
-  probe_->aim(Vec3::Zero());
-  if (stop || !running() || std::abs(after - before) < kYieldM) return Yield::not_at_all;
+  probe_->aim({});
+  if (stop || !running() || std::abs(after - before) < least) return Yield::not_at_all;
   return after > before ? Yield::along : Yield::against;
 }
 
@@ -183,7 +212,7 @@ bool wait_until_ready(Device& device, Micros most, const std::atomic<bool>& stop
     const Micros now = clock();
     const DeviceReading reading = device.read(now);
     if (reading.ok()) return true;
-    device.write(Vec3::Zero());
+    device.write({});
     if (now - begin > most) return false;
     if (reading.reason.text() == said && now - said_at < kRemindEvery) continue;
     said = reading.reason.text();
@@ -221,6 +250,11 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
   if (!caps.model.empty()) text += fmt::format("model       {}\n", caps.model);
   text += fmt::format("limits      peak {}, lasting {}, stiffness {}\n", known(caps.force_max_n, "N"),
                       known(caps.force_continuous_n, "N"), known(caps.stiffness_max_n_m, "N/m"));
+  if (caps.renders_torque)
+    text += fmt::format("torque      peak {}, lasting {}, stiffness {}\n", known(caps.torque_max_nm, "N m"),
+                        known(caps.torque_continuous_nm, "N m"), known(caps.torsion_stiffness_max_nm_rad, "N m/rad"));
+  else if (caps.has_orientation)
+    text += "torque      none: it has no motors for it, or no limits of it are known; a tool with a body is felt by its force alone\n";
   text += fmt::format(
       "loop        {:.1f} ticks a second, {} late by more than 0.2 ms, {} skipped; woken late by (median) {} us, (99 %) {} us, "
       "(most) {} us\n",
@@ -233,6 +267,7 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
   text += fmt::format("position    steps of {}, moves by {} peak to peak in its stillest second\n",
                       f.step_m > 0 ? fmt::format("{:.3g} mm", 1e3 * f.step_m) : "nothing: it never moved", in_mm(f.noise_m));
   if (!f.reached.isEmpty()) text += fmt::format("was moved   over {} (right, away, up)\n", in_mm(f.reached.sizes()));
+  if (caps.has_orientation) text += fmt::format("was turned  by {:.0f} degrees\n", f.turned_rad * 180 / std::numbers::pi);
   if (!caps.workspace.isEmpty()) text += fmt::format("workspace   {}\n", in_mm(caps.workspace.sizes()));
   std::string pressed;
   for (int button = 0; button < 32; ++button)

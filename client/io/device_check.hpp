@@ -3,7 +3,7 @@
 // The trial writes zero force and measures how late ticks are, the step size of the position, its noise while nobody moves the
 // device (in its stillest second), the range it covered, and the buttons that were pressed. The force test pushes one axis after
 // the other, with a small force that grows slowly, and observes in which direction the hand yields: along the push, or against
-// it, which means a wrong sign.
+// it, which means a wrong sign. The torque test turns the tool about one axis after the other in the same way.
 #pragma once
 
 #include <array>
@@ -26,6 +26,7 @@ struct DeviceFigures {
   double seconds = 0;                                          ///< time for which it was ok
   double step_m = 0;            ///< smallest change of a coordinate between two readings; 0: it never changed
   Vec3 noise_m = Vec3::Zero();  ///< peak to peak noise in the stillest second, per axis
+  double turned_rad = 0;        ///< largest angle between how it was held and how at first
   Eigen::AlignedBox3d reached;  ///< range that the tool covered, W's axes
   std::uint32_t buttons = 0;    ///< those that were pressed at least once
   double answers_hz = 0;        ///< answers of its driver per second
@@ -34,7 +35,7 @@ struct DeviceFigures {
   std::string reason;  ///< reason why it was not ok at the end
 };
 
-/// Result of the force test for one axis.
+/// Result of the force or torque test for one axis.
 enum class Yield : std::uint8_t { along, against, not_at_all };
 
 class DeviceCheck {
@@ -50,10 +51,15 @@ class DeviceCheck {
   /// device is not ok or `stop` is set.
   Yield push(int axis, const std::atomic<bool>& stop);
   double test_force_n() const;
+  /// Turns the tool about `axis` with test_torque_nm(), likewise.
+  Yield twist(int axis, const std::atomic<bool>& stop);
+  double test_torque_nm() const;
   /// Ends the loop.
   DeviceFigures finish();
 
  private:
+  Yield test(const Wrench& wrench, double least, const std::function<double(const DeviceReading&)>& along,
+             const std::atomic<bool>& stop);
   class Probe;
   struct Display;
   std::unique_ptr<Probe> probe_;

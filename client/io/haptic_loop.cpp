@@ -131,7 +131,7 @@ bool HapticLoop::tick(Micros due) noexcept {
   }
   const Micros gap = due - std::exchange(last_due_, due), own_watchdog = device_.caps().watchdog;
   if (!halted && gap != due && seconds(gap) > Guard::kGapMaxS) begin_again(own_watchdog == Micros{} || gap < own_watchdog);
-  const ReadingFault fault = check_.look(reading.position, due, reading.share * force_.norm());
+  const ReadingFault fault = check_.look({reading.position, Rotation(reading.orientation)}, due, reading.share * wrench_.force.norm());
   stats_.not_believed += fault != ReadingFault::none;
   note(fault == ReadingFault::none ? DeviceState::ok : DeviceState::fault, describe(fault));
   if (fault == ReadingFault::jumped) begin_again(true);
@@ -145,15 +145,17 @@ bool HapticLoop::tick(Micros due) noexcept {
   outputs_[0] = displays_[0]->tick(sample);
   displays_[0]->buttons().say(due, reading.buttons);
   stats_.tick_ns.add(now_ns() - before_ns);
-  write(faded(outputs_[0].force, shown) + left_over());
-  outputs_[0].force = force_;
+  write(faded(outputs_[0].wrench(), shown) + left_over());
+  outputs_[0].force = wrench_.force;
+  outputs_[0].torque = wrench_.torque;
 
   for (std::size_t i = 1; i < displays_.size(); ++i) outputs_[i] = displays_[i]->tick(sample);
   int with_patch = 0;
   for (const TickOutput& output : outputs_) with_patch += output.has_patch;
   with_patch_.store(outputs_[0].has_patch ? with_patch : 0, std::memory_order_release);
   ++stats_.ticks;
-  stats_.force_max_n = std::max(stats_.force_max_n, reading.share * force_.norm());
+  stats_.force_max_n = std::max(stats_.force_max_n, reading.share * wrench_.force.norm());
+  stats_.torque_max_nm = std::max(stats_.torque_max_nm, reading.share * wrench_.torque.norm());
   record(due, reading, outputs_[0]);
   stats_.work_ns.add(now_ns() - begin_ns);
   return true;
@@ -163,34 +165,34 @@ bool HapticLoop::tick(Micros due) noexcept {
 void HapticLoop::stay_away(const DeviceReading& reading) noexcept {
   was_away_ = true;
   ++stats_.away;
-  force_ = Vec3::Zero();
+  wrench_ = {};
   at_zero_.store(true, std::memory_order_release);
   note(reading.state, reading.reason);
 }
 
 /// Fades out over kRampTicks while not `shown`, in over Guard::kRampTicks.
-Vec3 HapticLoop::faded(const Vec3& force, bool shown) noexcept {
+Wrench HapticLoop::faded(const Wrench& wrench, bool shown) noexcept {
   share_ = std::clamp(share_ + (shown ? 1.0 / Guard::kRampTicks : -1.0 / kRampTicks), 0.0, 1.0);
-  return share_ * force;
+  return share_ * wrench;
 }
 
 /// Restarts the displays' force at zero; `holds`: the device still shows the force written last.
 void HapticLoop::begin_again(bool holds) noexcept {
   displays_.front()->restart();
-  held_ = force_;
+  held_ = wrench_;
   held_ticks_ = holds ? kRampTicks : 0;
 }
 
 /// Returns the remaining part of the force that the device was left with.
-Vec3 HapticLoop::left_over() noexcept {
-  if (held_ticks_ == 0) return Vec3::Zero();
+Wrench HapticLoop::left_over() noexcept {
+  if (held_ticks_ == 0) return {};
   return (static_cast<double>(--held_ticks_) / kRampTicks) * held_;
 }
 
-void HapticLoop::write(const Vec3& force) noexcept {
-  force_ = force;
-  device_.write(force_);
-  at_zero_.store(force_.isZero(0), std::memory_order_release);
+void HapticLoop::write(const Wrench& wrench) noexcept {
+  wrench_ = wrench;
+  device_.write(wrench_);
+  at_zero_.store(wrench_.zero(), std::memory_order_release);
 }
 
 void HapticLoop::note(DeviceState state, const DeviceReason& reason) noexcept {
@@ -205,17 +207,17 @@ Orientation HapticLoop::orientation_of(const DeviceReading& reading) const noexc
 }
 
 void HapticLoop::record(Micros due, const DeviceReading& reading, const TickOutput& main) noexcept {
-  if (!recorder_.begin({due, reading.position, main.model_force, main.patch_age, main.has_patch, main.swapped,
-                        main.hand_over_step_n, orientation_of(reading), reading.buttons}))
+  if (!recorder_.begin({due, reading.position, {main.model_force, main.model_torque}, main.patch_age, main.has_patch,
+                        main.swapped, main.hand_over_step_n, orientation_of(reading), reading.buttons}))
     return;
-  for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {reading.share * outputs_[i].force, outputs_[i].contact});
+  for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {reading.share * outputs_[i].wrench(), outputs_[i].contact});
   recorder_.end();
 }
 
 void HapticLoop::make_safe(Micros due) noexcept {
-  const Vec3 from = force_;
+  const Wrench from = wrench_;
   for (int left = kRampTicks - 1; left >= 0 && !stats_.device_ended && !was_away_; --left) {
-    write(from * (static_cast<double>(left) / kRampTicks));
+    write((static_cast<double>(left) / kRampTicks) * from);
     due += kTick;
     sleep_until(due);
     watchdog_.tick(monotonic_now());

@@ -7,7 +7,7 @@
 // Displays after the first are comparisons on the same hand: they receive the same samples, and their force is only recorded. All
 // are limited to the capabilities of the device (device_limits.hpp), which a device that renders a force must report.
 //
-// The force is zero, whatever the displays request, while
+// The force, and with it the torque, is zero, whatever the displays request, while
 //     the device is not ok (not ready, at fault, gone): its readings are ignored and nothing is written, until it is ok again
 //     its positions are not plausible (reading_check.hpp): at once after a jump, otherwise faded over kRampTicks
 //     hold(true): faded over kRampTicks
@@ -56,7 +56,7 @@ struct HapticLoopStats {
   std::uint64_t away = 0;                 ///< ticks in which the device was not ok
   std::uint64_t not_believed = 0;         ///< ticks with an implausible position
   std::uint64_t halts = 0;                ///< times that the watchdog switched the force off
-  double force_max_n = 0;
+  double force_max_n = 0, torque_max_nm = 0;
   bool device_ended = false;
   Histogram<10'000> late_us{1};    ///< delay from due to awake
   Histogram<10'000> tick_ns{20};   ///< HapticTick::tick of the main display
@@ -110,10 +110,10 @@ class HapticLoop final : private CrashStop {
   void loop() noexcept;
   bool tick(Micros due) noexcept;
   void stay_away(const DeviceReading& reading) noexcept;
-  Vec3 faded(const Vec3& force, bool shown) noexcept;
+  Wrench faded(const Wrench& wrench, bool shown) noexcept;
   void begin_again(bool holds) noexcept;
-  Vec3 left_over() noexcept;
-  void write(const Vec3& force) noexcept;
+  Wrench left_over() noexcept;
+  void write(const Wrench& wrench) noexcept;
   void note(DeviceState state, const DeviceReason& reason) noexcept;
   void record(Micros due, const DeviceReading& reading, const TickOutput& main) noexcept;
   Orientation orientation_of(const DeviceReading& reading) const noexcept;
@@ -128,9 +128,9 @@ class HapticLoop final : private CrashStop {
   ReadingCheck check_;
   HapticLoopStats stats_;
   RealtimeStatus realtime_;
-  Vec3 force_ = Vec3::Zero();
-  double share_ = 1;          ///< scale of the force, below 1 while it fades
-  Vec3 held_ = Vec3::Zero();  ///< force that the device was left with; part of it remains for held_ticks_ more ticks
+  Wrench wrench_;     ///< written last
+  double share_ = 1;  ///< scale of it, below 1 while it fades
+  Wrench held_;       ///< what the device was left with; part of it remains for held_ticks_ more ticks
   int held_ticks_ = 0;
   Micros last_due_{};
   bool was_away_ = false;  ///< true: the device was not ok in the last tick

@@ -1,6 +1,7 @@
 // Checks the positions of a device that reports no fault. For devices that render a force; haptic thread.
 //
-//     jumped   it moved further in the tick than kJump times its largest speed allows
+//     jumped   it moved further in the tick than kJump times its largest speed allows, or of a device that renders a torque, it
+//              turned further than kJump times its largest rate of rotation allows
 //     outside  it is beyond its workspace by more than kMargin of the workspace's size
 //     frozen   it has moved before, but is bit-identical for kFrozenTicks while pushed with more than kPushedN: a hand that holds
 //              a tool trembles by more than the encoder's resolution, so nobody holds it, or nothing is measured
@@ -9,6 +10,7 @@
 #include <string_view>
 
 #include "client/device/device.hpp"
+#include "common/base/tool_shape.hpp"
 
 namespace palpate {
 
@@ -22,18 +24,18 @@ class ReadingCheck {
   static constexpr int kFrozenTicks = 250;
 
   explicit ReadingCheck(const DeviceCaps& caps);
-  /// Checks a position. `force_n`: the force written last. Skipped ticks count as one.
-  ReadingFault look(const Vec3& position, Micros t, double force_n) noexcept;
+  /// Checks a pose. `force_n`: the force written last. Skipped ticks count as one.
+  ReadingFault look(const ToolPose& pose, Micros t, double force_n) noexcept;
   /// Restarts after the device was away: the next reading is its first one.
   void restart() noexcept { seen_ = false; }
 
  private:
   bool felt_;
-  double speed_max_m_s_;
+  double speed_max_m_s_, spin_max_rad_s_;  ///< the latter 0: rotations are not checked
   Eigen::AlignedBox3d reach_;
   bool seen_ = false, has_moved_ = false;
   int still_ticks_ = 0;
-  Vec3 last_ = Vec3::Zero();
+  ToolPose last_;
   Micros last_t_{};
 };
 

@@ -9,19 +9,19 @@
 #include <vector>
 
 #include "common/base/tool_pose.hpp"
-#include "common/base/types.hpp"
+#include "common/base/wrench.hpp"
 
 namespace palpate {
 
 struct DisplayRecord {
-  Vec3 force = Vec3::Zero();  ///< on the tool [N]
+  Wrench wrench;  ///< on the tool
   bool contact = false;
 };
 
 struct TickRecord {
   Micros t{};  ///< client's clock
   Vec3 position = Vec3::Zero();
-  Vec3 model_force = Vec3::Zero();  ///< force of the main display before its guard [N]
+  Wrench model;  ///< of the main display before its guard
   Micros patch_age{};
   bool has_patch = false;
   bool swapped = false;  ///< true: a new patch took over, with the step `step_n` before the cross-fade

@@ -30,7 +30,8 @@ void SessionRecording::datagram(const ClientCore& core, std::span<const std::byt
 
 void SessionRecording::tick(const TickRecord& tick, const DisplayRecord& felt) {
   const std::lock_guard lock(mutex_);
-  recorder_.tick({tick.t, tick.position, tick.model_force, felt.force, tick.patch_age, tick.has_patch, felt.contact, false});
+  recorder_.tick({tick.t, tick.position, tick.model.force, felt.wrench.force, tick.patch_age, tick.has_patch, felt.contact, false,
+                  tick.model.torque, felt.wrench.torque});
   if (tick.swapped) recorder_.hand_over({tick.t, tick.t - tick.patch_age, tick.step_n});
   recorder_.hold(tick.t, tick.orientation, tick.buttons);
 }

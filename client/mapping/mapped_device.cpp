@@ -9,6 +9,7 @@ MappedDevice::MappedDevice(Device& device, const WorkspaceMapping& mapping, cons
       turn_(mapping.scale * mapping.rotation()),
       rotation_(mapping.rotation()),
       force_turn_(mapping.force_scale * mapping.rotation().transpose()),
+      torque_turn_(mapping.force_scale / mapping.scale * mapping.rotation().transpose()),
       tool_(place_) {
   const std::optional<Vec3> centre = centre_of(mapping, device.caps(), spot.grasps);
   if (centre) origin_ = place_ - turn_ * *centre;
@@ -51,11 +52,11 @@ DeviceReading MappedDevice::read(Micros now) noexcept {
   return reading;
 }
 
-void MappedDevice::write(const Vec3& force) noexcept {
-  const Vec3 of_body = force.allFinite() ? force : Vec3::Zero();
-  const Vec3 at_device = body_.share() * (force_turn_ * of_body) - weight_.share() * mapping_.tool_weight_n;
-  const double norm = at_device.stableNorm(), most = device_.caps().force_max_n;
-  device_.write(most > 0 && norm > most ? Vec3((most / norm) * at_device) : at_device);
+void MappedDevice::write(const Wrench& wrench) noexcept {
+  const Wrench of_body = finite_parts(wrench);
+  const Wrench at_device{body_.share() * (force_turn_ * of_body.force) - weight_.share() * mapping_.tool_weight_n,
+                         body_.share() * (torque_turn_ * of_body.torque)};
+  device_.write(limited_to(at_device, device_.caps().force_max_n, device_.caps().torque_max_nm));
 }
 
 void MappedDevice::stop() noexcept {

@@ -13,7 +13,7 @@
 // weight. While the fade factor is not 1 the hand does less work than the tool, or receives less: it can gain the energy that the
 // body stores within the 0.25 s of one fade in, which the guard, at the tool, does not see.
 //
-// The written force is clamped to the device's peak force once more, for a scene whose guard has other limits than caps(). The
+// The written wrench is clamped to the device's peaks once more, for a scene whose guard has other limits than caps(). The
 // force begins at zero whenever the device becomes ok: both factors start at zero. During a reading that is not ok the tool keeps
 // its position; afterwards it continues from there with a clutch or a dead-man button, and returns to where c maps it without.
 // Nothing in read() and write() allocates, locks or throws.
@@ -38,7 +38,7 @@ class MappedDevice final : public MotionDevice {
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
-  void write(const Vec3& force) noexcept override;
+  void write(const Wrench& wrench) noexcept override;
   void stop() noexcept override;
   void halt() noexcept override { device_.halt(); }
   void resume() noexcept override;
@@ -58,6 +58,7 @@ class MappedDevice final : public MotionDevice {
   Mat3 turn_;                    ///< s R
   Eigen::Quaterniond rotation_;  ///< R
   Mat3 force_turn_;              ///< g R^T
+  Mat3 torque_turn_;             ///< (g / s) R^T
   std::optional<Vec3> origin_;   ///< c; empty before the first reading where that determines it
   DeviceCaps caps_;
   ForceFade body_, weight_;

@@ -59,6 +59,13 @@ DeviceCaps mapped_caps(const DeviceCaps& caps, const WorkspaceMapping& mapping, 
   mapped.slew_max_n_s = caps.slew_max_n_s / mapping.force_scale;
   if (mapping.indexes()) mapped.slew_max_n_s = std::max(0.0, mapped.slew_max_n_s - kFadeSlewMax1S * mapped.force_max_n);
   mapped.stiffness_max_n_m = caps.stiffness_max_n_m / (mapping.force_scale * mapping.scale);
+  const double torque_scale = mapping.scale / mapping.force_scale;
+  mapped.torque_max_nm = torque_scale * caps.torque_max_nm;
+  mapped.torque_continuous_nm = torque_scale * caps.torque_continuous_nm;
+  mapped.torque_slew_max_nm_s = torque_scale * caps.torque_slew_max_nm_s;
+  if (mapping.indexes())
+    mapped.torque_slew_max_nm_s = std::max(0.0, mapped.torque_slew_max_nm_s - kFadeSlewMax1S * mapped.torque_max_nm);
+  mapped.torsion_stiffness_max_nm_rad = torque_scale * caps.torsion_stiffness_max_nm_rad;
   mapped.velocity_max_m_s = caps.velocity_max_m_s * mapping.scale;
   mapped.workspace = reach_of(caps.workspace, mapping, place, centre);
   return mapped;

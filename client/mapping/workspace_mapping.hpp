@@ -3,9 +3,9 @@
 // D is the device's frame as provided by its adapter (SI, right-handed, z up, the device's own origin), W the scene's. With the
 // scale s and the rotation R = R_WD
 //
-//     p_WT = c + s R p_DT,        R_WT = R R_DT,        F_D = g R^T F_W - w
+//     p_WT = c + s R p_DT,        R_WT = R R_DT,        F_D = g R^T F_W - w,        T_D = (g / s) R^T T_W
 //
-// p the tool point [m], F the force on the tool [N], g the force scale, w the weight of the object in the hand, as it pulls at
+// p the tool point [m], F the force on the tool [N], T the torque about its point [N m], g the force scale, w the weight of the object in the hand, as it pulls at
 // the device [N, in D]: its opposite is added, so that the tool is weightless. The offset c maps a point of D, the centre, to the
 // scene's home, displaced by offset_m: c = home + offset - s R centre.
 //
@@ -13,7 +13,8 @@
 // body of stiffness K feels like g s K, and the power that the hand receives is (g / s) times that which the tool receives from
 // the body. That factor is one positive constant: whatever is passive in the scene is passive in the hand, and the guard, which
 // accounts for energy in W, judges the correct sign. g = s preserves the power itself and g = 1 / s the stiffness. The limits of
-// the device limit its image in W: stiffness K_D / (g s), velocity s v_D, forces (F_D - |w|) / g.
+// the device limit its image in W: stiffness K_D / (g s), velocity s v_D, forces (F_D - |w|) / g,
+// torques s T_D / g and their stiffness likewise.
 #pragma once
 
 #include <optional>

@@ -241,6 +241,15 @@ bool decode_room(const record::Block& table, Micros base, std::size_t vertices, 
 /// Decodes the lists of a station's recording.
 void decode_station(const record::Block& table, Micros base, RecordedBlock& block, PartSense& sense) {
   each(table.ticks(), sense, [&](const record::Tick& t) { block.ticks.push_back(tick_of(t, base, sense)); });
+  auto tick = block.ticks.begin();
+  each(table.torques(), sense, [&](const record::TickTorque& t) {
+    const Micros at = base + Micros{t.at()};
+    while (tick != block.ticks.end() && tick->t < at) ++tick;
+    sense.that(tick != block.ticks.end() && tick->t == at);
+    if (!sense.ok()) return;
+    tick->model_torque = finite_of(t.model_torque(), sense);
+    tick->torque = finite_of(t.torque(), sense);
+  });
   each(table.hand_overs(), sense, [&](const record::HandOver& h) {
     sense.that(std::isfinite(h.step()), WireFault::not_finite);
     block.hand_overs.push_back({base + Micros{h.at()}, time_of(h.stamp(), sense), h.step()});

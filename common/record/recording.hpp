@@ -117,6 +117,9 @@ struct RecordedTick {
   Micros patch_age{};
   bool has_patch = false, contact = false;
   bool broken = false;  ///< true: a number was not finite, or outside the world: it is recorded as 0
+  // on a tool with a body, about the tool point [N m]
+  Vec3 model_torque = Vec3::Zero();  ///< of the patch, before the guard
+  Vec3 torque = Vec3::Zero();        ///< written to the device
 };
 
 struct RecordedHandOver {

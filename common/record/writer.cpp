@@ -242,10 +242,15 @@ void RecordingWriter::add(const RecordedLink& l) {
 }
 
 void RecordingWriter::add(const RecordedTick& t) {
-  const std::int32_t at = state_->at(t.t, sizeof(record::Tick));
+  const bool has_torque = !t.model_torque.isZero(0) || !t.torque.isZero(0);
+  const std::int32_t at = state_->at(t.t, sizeof(record::Tick) + (has_torque ? sizeof(record::TickTorque) : 0));
   bool broken = t.broken;
   const auto position = point_of(t.position, &broken);
   const auto model = vec_of(t.model_force, &broken), force = vec_of(t.force, &broken);
+  if (has_torque) {
+    const auto model_torque = vec_of(t.model_torque, &broken), torque = vec_of(t.torque, &broken);
+    state_->block.torques.emplace_back(at, model_torque, torque);
+  }
   const std::uint32_t flags = (t.has_patch ? 1u : 0u) | (t.contact ? 2u : 0u) | (broken ? 4u : 0u);
   state_->block.ticks.emplace_back(at, position, model, force, clamped<std::int32_t>(t.patch_age.count()), flags);
 }

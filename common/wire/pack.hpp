@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "common/base/limits.hpp"
+#include "common/base/rotation_vector.hpp"
 #include "common/base/tool_pose.hpp"
 #include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
@@ -26,15 +27,9 @@ inline constexpr double kSmallestStep = 1e-9;  ///< for 16-bit numbers; keeps th
 
 /// Largest angle of a Turn. The quaternion q of an angle just above pi is kept, not replaced by -q: what is encoded twice is the
 /// same.
-inline constexpr double kTurnMostRad = std::numbers::pi + 0.002, kTurnStepRad = kTurnMostRad / kShortMax;
+inline constexpr double kTurnPastPiRad = 0.002, kTurnMostRad = std::numbers::pi + kTurnPastPiRad;
+inline constexpr double kTurnStepRad = kTurnMostRad / kShortMax;
 inline constexpr double kTurnRoundingRad = 2 * kTurnStepRad;  ///< tolerance for the length of a received rotation vector
-
-/// Returns the rotation vector of q, or of -q where q turns by more than kTurnMostRad [rad].
-inline Vec3 rotation_vector(const Rotation& q) {
-  const double sign = q.w() < -0.5 * (kTurnMostRad - std::numbers::pi) ? -1 : 1, length = q.vec().norm();
-  if (!(length > 0)) return Vec3::Zero();
-  return (sign * 2 * std::atan2(length, sign * q.w()) / length) * q.vec();
-}
 
 /// Converts numbers, and remembers whether all could be encoded.
 class Packer {
@@ -59,7 +54,7 @@ class Packer {
   wire::Point point(const Vec3& v) { return {coordinate(v.x()), coordinate(v.y()), coordinate(v.z())}; }
   wire::Turn turn(const Rotation& q) {
     require(is_unit(q));
-    const Vec3 v = ok_ ? rotation_vector(q) : Vec3(Vec3::Zero());
+    const Vec3 v = ok_ ? rotation_vector(q, kTurnPastPiRad) : Vec3(Vec3::Zero());
     return {turn_steps(v.x()), turn_steps(v.y()), turn_steps(v.z())};
   }
   wire::Sphere sphere(const ToolSphere& s) {
@@ -113,11 +108,7 @@ inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::in
 inline Vec3 from(const wire::Vec& v) { return {v.x(), v.y(), v.z()}; }
 inline Vec3 from(const wire::Point& p) { return Vec3(p.x(), p.y(), p.z()) * kPositionStepM; }
 inline Vec3 vector_of(const wire::Turn& t) { return kTurnStepRad * Vec3(t.x(), t.y(), t.z()); }
-inline Rotation from(const wire::Turn& t) {
-  const Vec3 v = vector_of(t);
-  const double angle = v.norm();
-  return angle > 0 ? Rotation(Eigen::AngleAxisd(angle, v / angle)) : Rotation(Rotation::Identity());
-}
+inline Rotation from(const wire::Turn& t) { return rotation_by(vector_of(t)); }
 inline Mat3 from(const wire::Sym& s) {
   Mat3 m;
   m << s.xx(), s.yx(), s.zx(), s.yx(), s.yy(), s.zy(), s.zx(), s.zy(), s.zz();

@@ -18,7 +18,7 @@ class Presser final : public Device {
     const double depth = 0.004 * (1 - std::cos(2 * M_PI * seconds(now - begin_)));
     return {home_ - Vec3(0, 0, depth), DeviceState::ok};  // or not_ready, fault, gone
   }
-  void write(const Vec3& force) noexcept override { force_ = force; }  // here a driver would send it to the motors
+  void write(const Wrench& wrench) noexcept override { force_ = wrench.force; }  // here a driver would send it to the motors
   void stop() noexcept override { force_ = Vec3::Zero(); }
 
  private:

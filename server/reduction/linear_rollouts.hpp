@@ -8,7 +8,7 @@
 //
 //     own motion   f = W^T (F + sum B lambda) + D q'(0),  q'(0) = W^T M v*     the body moves on, the tool keeps its forces
 //     step, ramp   f = a_i W^T B e_i   and   f = a_i W^T B e_i t / tau     pushed along each axis i; of a tool with a body also
-//                  along and about each axis by all its contacts together (Wrench of patch_parts.hpp)
+//                  along and about each axis by all its contacts together (ToolLoad of patch_parts.hpp)
 //     slide        f = W^T (B_end lambda_end - B lambda) t / tau           the load of a tool that slides on
 //
 // with a_i such that the port has moved by kPushedM along i at the end, or by less where a hand does not turn it that far. With C

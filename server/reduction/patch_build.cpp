@@ -84,7 +84,7 @@ int modes_beside(const LinearPort& model) {
 /// Loads of a touch in the coordinates of the directions W.
 RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
   const std::vector<Vector> slides = model.body.sliding_loads(model.which);
-  const std::vector<Wrench> together = wrenches(model);
+  const std::vector<ToolLoad> together = wrenches(model);
   constexpr double kLongestM = 1;  // more than any hand goes
   const auto pushes = 3 + static_cast<Eigen::Index>(together.size());
   RolloutLoads loads{Matrix(w.cols(), pushes), Vector::Constant(pushes, kLongestM), w.transpose() * model.residual,

@@ -46,13 +46,13 @@ struct Reduced {
 /// A load of all contacts of a tool with a body, as of one that moves without deforming: along an axis, the mean of B_j e_i, or
 /// about one through the middle of the contacts, the mean of B_j (e_i x r_j) / L_i, with L_i the root mean square of |e_i x r_j|;
 /// and P^-1 of it. Its work per unit is the mean displacement of the contacts along it, `most_m` at most as a hand turns it.
-struct Wrench {
+struct ToolLoad {
   Vector load, response;
   double most_m = 0;
 };
 /// port_responses.cpp: none of a tool with one contact. Those of a needle are followed by one along its axis at each point of its
 /// path, where its tip may get.
-std::vector<Wrench> wrenches(const LinearPort& model);
+std::vector<ToolLoad> wrenches(const LinearPort& model);
 /// port_responses.cpp: returns the first Krylov directions, for `hyper` the snapshots of the port, and the slides of a touch.
 KrylovStart krylov_start(const LinearPort& model);
 SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start);

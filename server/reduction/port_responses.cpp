@@ -25,8 +25,8 @@ Matrix prescribed_motion(const LinearPort& model) {
   return motion;
 }
 
-std::vector<Wrench> wrenches(const LinearPort& model) {
-  std::vector<Wrench> all;
+std::vector<ToolLoad> wrenches(const LinearPort& model) {
+  std::vector<ToolLoad> all;
   if (model.others.own == 0 && model.others.shaft.empty()) return all;
   const auto place = [&](const ToolPort& port) {
     return position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
@@ -48,7 +48,7 @@ std::vector<Wrench> wrenches(const LinearPort& model) {
       const double lever = std::sqrt(lever2);
       if (about && lever < kLeastLeverM) continue;
       const auto n = model.at.masses().size();
-      Wrench& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n), about ? kTurnedRad * lever : kLongestM);
+      ToolLoad& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n), about ? kTurnedRad * lever : kLongestM);
       for (const auto& [port, at] : contacts)
         for (std::size_t k = 0; k < 3; ++k) {
           const double share = way(at)[static_cast<Eigen::Index>(k)] / (lever * count);
@@ -58,7 +58,7 @@ std::vector<Wrench> wrenches(const LinearPort& model) {
     }
   for (const OtherTools::Contact& own : model.others.shaft) {
     const auto n = model.at.masses().size();
-    Wrench& push = all.emplace_back(Vector::Zero(n), Vector::Zero(n), kLongestM);
+    ToolLoad& push = all.emplace_back(Vector::Zero(n), Vector::Zero(n), kLongestM);
     for (std::size_t k = 0; k < 3; ++k) {
       const double share = model.frame.tool(own.tool).axis[static_cast<Eigen::Index>(k)];
       push.load += share * own.port->input[k];
@@ -82,7 +82,7 @@ KrylovStart krylov_start(const LinearPort& model) {
     for (const Vector& b : port.input) start.fine.push_back(b.cwiseQuotient(model.at.masses()));
   }
   if (model.hyper()) return start;
-  for (Wrench& wrench : wrenches(model)) start.ports.push_back(std::move(wrench.response));
+  for (ToolLoad& wrench : wrenches(model)) start.ports.push_back(std::move(wrench.response));
   start.ports.insert(start.ports.end(), port.slides.begin(), port.slides.end());
   return start;
 }

@@ -96,7 +96,7 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
                   max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
   task.reuses =
-      body_->asleep() && cached && scene.tool.shape.empty() && !scene.tool.needle && cached->serves(task.request, frame_model_.tool(*task.port));
+      body_->asleep() && cached && !scene.tool.has_body() && cached->serves(task.request, frame_model_.tool(*task.port));
   task.builds = !task.reuses;
   if (task.builds) frame_model_.request_patch(*task.port, expected_slide(body_->dynamics(), task.request));
   return task;
@@ -144,7 +144,7 @@ StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
     give_fading_force(job, stamp, frame);
   } else {
     frame.tool = frame_model_.tool(task.parts.front()).position;
-    if (!body_->scene().tool.shape.empty()) frame.tool = body_->tool_of(job)->track.at(stamp).position;
+    if (body_->scene().tool.has_body()) frame.tool = body_->tool_of(job)->track.at(stamp).position;
     for (const std::size_t k : task.parts) {
       const ToolPort& port = body_->ports()[k];
       if (port.kind != ContactKind::attach && !port.touching) continue;
@@ -207,6 +207,10 @@ void FramePatches::give_fading_force(const StationJob& job, Micros stamp, Statio
   patch.contact = body_->scene().tool.contact;
   patch.constant = true;
   patch.force = station->fade->force.at(stamp);
+  if (body_->scene().tool.has_body()) {
+    patch.turn = station->track.turning(stamp).turn;
+    patch.torque = station->fade->torque.at(stamp);
+  }
   patch.tool = tool.position;
   patch.tool_velocity = tool.velocity;
   patch.trust_radius_m = kWorldExtentM;

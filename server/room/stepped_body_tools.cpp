@@ -97,19 +97,25 @@ HandMotion SteppedBody::predictable_motion(std::size_t k) const {
 
 /// Resets the body to rest while hands are on it, without a step in any hand's force.
 void SteppedBody::reset() {
+  while (!ports_.empty()) release_tool(ports_.back().tool, ReleaseFade::kFadeTime);
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.v.setZero();
-  while (!ports_.empty()) release_tool(ports_.back().tool, ReleaseFade::kFadeTime);
   asleep_ = false;
 }
 
 void SteppedBody::release_tool(StationId id, Micros off) {
-  Vec3 force = Vec3::Zero();
-  for (const std::size_t k : ports_of(id))
-    if (ports_[k].kind == ContactKind::attach || ports_[k].touching) force -= ports_[k].lambda;
-  if (const auto tool = tools_.find(id); tool != tools_.end())  // else its station left in this very frame
-    tool->second.fade = ReleaseFade(time(), force, off);
+  if (const auto tool = tools_.find(id); tool != tools_.end()) {  // else its station left in this very frame
+    const TurningTool at = tool->second.track.turning(time());
+    const std::vector<double> surface = scene_.tool.has_body() ? skin_.place(body_.x) : std::vector<double>();
+    Wrench felt;
+    for (const std::size_t k : ports_of(id)) {
+      const ToolPort& port = ports_[k];
+      if (port.kind != ContactKind::attach && !port.touching) continue;
+      felt += wrench_of(port, at, port.body ? normal_at(skin_.view(), surface, port.point) : Vec3(Vec3::Zero()));
+    }
+    tool->second.fade = ReleaseFade(time(), felt, off);
+  }
   std::erase_if(ports_, [&](const ToolPort& port) { return port.tool == id; });
 }
 

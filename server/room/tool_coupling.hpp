@@ -6,9 +6,9 @@
 // A tool further than kGraspReachM from its node does not grasp it: a hand that returns from elsewhere would be pulled, and the
 // body with it.
 //
-// A tool is released because the body was reset or because the tool cost more computation than one hand may. The force F_0 that
-// the hand felt then, at t_0, fades, whatever the tool does meanwhile:
-//     F(t) = (1 - m((t - t_0) / kFadeTime)) F_0
+// A tool is released because the body was reset or because the tool cost more computation than one hand may. The force F_0 and
+// torque T_0 that the hand felt then, at t_0, fade together, whatever the tool does meanwhile:
+//     F(t) = (1 - m((t - t_0) / kFadeTime)) F_0,        T(t) likewise
 // Afterwards, and not before `off` has passed, the tool may touch again, but only from outside: from inside it would tear the
 // body open.
 #pragma once
@@ -18,6 +18,7 @@
 
 #include "common/base/grasp_reach.hpp"
 #include "common/base/minimum_jerk.hpp"
+#include "common/base/wrench.hpp"
 #include "server/body/skin.hpp"
 #include "server/dynamics/needle_ports.hpp"
 #include "server/room/tool_track.hpp"
@@ -39,14 +40,21 @@ inline std::vector<ToolPort> parts_of(const ToolShape& shape, const NeedleTissue
   return parts;
 }
 
+/// Returns force and torque of a contact on its tool, about the tool point; `normal`: of the surface there.
+inline Wrench wrench_of(const ToolPort& port, const TurningTool& tool, const Vec3& normal) {
+  const Vec3 force = -port.lambda;
+  if (!port.body) return force;
+  return {force, (contact_place(port, tool.centre_of(port.sphere).position, normal) - tool.at.position).cross(force)};
+}
+
 struct ReleaseFade {
   static constexpr Micros kFadeTime{300'000};  ///< a force changes by at most 0.6 % of itself per tick
 
-  FadingVector force;  ///< on the tool [N]
+  FadingVector force, torque;  ///< on the tool [N], about the tool point [N m]
   Micros off = kFadeTime;
 
-  ReleaseFade(Micros since, const Vec3& force_n, Micros for_at_least = kFadeTime)
-      : force{since, kFadeTime, force_n}, off(for_at_least) {}
+  ReleaseFade(Micros since, const Wrench& felt, Micros for_at_least = kFadeTime)
+      : force{since, kFadeTime, felt.force}, torque{since, kFadeTime, felt.torque}, off(for_at_least) {}
   /// Returns true if the tool may grasp or touch a body at `x` from now on.
   bool over(Micros now, const ToolSpec& spec, const Skin& skin, const Vector& x, const TurningTool& tool) const {
     if (now < force.begin + off) return false;

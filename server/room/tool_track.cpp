@@ -3,25 +3,13 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/base/rotation_vector.hpp"
 #include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
 namespace {
 
-Rotation turn_of(const ToolSample& sample) { return sample.orientation.value_or(Rotation::Identity()); }
-
-/// Returns the rotation vector from one orientation to another, of length up to pi [rad].
-Vec3 turn_between(const Rotation& from, const Rotation& to) {
-  if (from.coeffs() == to.coeffs()) return Vec3::Zero();
-  const Eigen::AngleAxisd turn(to * from.conjugate());
-  const double angle = turn.angle() > M_PI ? turn.angle() - 2 * M_PI : turn.angle();
-  return angle * turn.axis();
-}
-
-Rotation turned(const Vec3& by, const Rotation& from) {
-  const double angle = by.norm();
-  return angle > 0 ? Rotation(Rotation(Eigen::AngleAxisd(angle, by / angle)) * from) : from;
-}
+Rotation turned(const Vec3& by, const Rotation& from) { return by.isZero(0) ? from : Rotation(rotation_by(by) * from); }
 
 /// Returns `wanted`, moved towards `last` so that speed and spin between them stay within kFastestMs and kFastestRadS.
 ToolSample within_reach(const ToolSample& last, const ToolSample& wanted) {
@@ -59,7 +47,7 @@ void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
 void ToolTrack::lead_on(const TurningTool& from, Micros body_time) {
   const TurningTool path = on_path(body_time);
   lead_ = {body_time, kLeadBack, from.at.position - path.at.position};
-  lead_turn_ = {body_time, kLeadBack, turn_between(path.turn, from.turn)};
+  lead_turn_ = {body_time, kLeadBack, rotation_between(path.turn, from.turn)};
 }
 
 TurningTool ToolTrack::turning(Micros t) const {
@@ -74,17 +62,17 @@ TurningTool ToolTrack::turning(Micros t) const {
 TurningTool ToolTrack::on_path(Micros t) const {
   assert(!empty());
   const std::size_t after = samples_.first_after(t - Micros{1});
-  if (after == 0) return {{samples_.oldest().position, Vec3::Zero()}, turn_of(samples_.oldest())};
+  if (after == 0) return {{samples_.oldest().position, Vec3::Zero()}, ToolPose(samples_.oldest()).turn};
   if (after == samples_.size()) {
     const ToolSample& end = samples_.newest();
-    if (samples_.size() == 1) return {{end.position, Vec3::Zero()}, turn_of(end)};
+    if (samples_.size() == 1) return {{end.position, Vec3::Zero()}, ToolPose(end).turn};
     // If samples are further apart, the last two are used.
     const std::size_t first = samples_.first_after(end.t - kVelocityWindow - Micros{1});
     const ToolSample& from = samples_[std::min(first, samples_.size() - 2)];
     const double over_s = seconds(end.t - from.t), gone_s = seconds(t - end.t);
-    TurningTool tool{dead_reckoned({end.position, (end.position - from.position) / over_s}, gone_s), turn_of(end)};
+    TurningTool tool{dead_reckoned({end.position, (end.position - from.position) / over_s}, gone_s), ToolPose(end).turn};
     if (!end.orientation || !from.orientation) return tool;
-    const ToolAt spun = dead_reckoned({Vec3::Zero(), turn_between(*from.orientation, *end.orientation) / over_s}, gone_s);
+    const ToolAt spun = dead_reckoned({Vec3::Zero(), rotation_between(*from.orientation, *end.orientation) / over_s}, gone_s);
     tool.turn = turned(spun.position, tool.turn);
     tool.spin = spun.velocity;
     return tool;
@@ -92,9 +80,9 @@ TurningTool ToolTrack::on_path(Micros t) const {
   const ToolSample &before = samples_[after - 1], &next = samples_[after];
   const double over_s = seconds(next.t - before.t), gone_s = seconds(t - before.t);
   const Vec3 velocity = (next.position - before.position) / over_s;
-  TurningTool tool{{before.position + gone_s * velocity, velocity}, turn_of(before)};
+  TurningTool tool{{before.position + gone_s * velocity, velocity}, ToolPose(before).turn};
   if (!before.orientation || !next.orientation) return tool;
-  tool.spin = turn_between(*before.orientation, *next.orientation) / over_s;
+  tool.spin = rotation_between(*before.orientation, *next.orientation) / over_s;
   tool.turn = turned(gone_s * tool.spin, tool.turn);
   return tool;
 }

@@ -117,6 +117,8 @@ struct ToolSpec {
   double radius_m = 0;                  ///< touch: contact radius of the tip (skin.hpp), 0 = a point
   ToolShape shape = {};                 ///< touch: body of the tool; empty: a point
   std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle
+  /// Returns true if it matters how the tool is held.
+  bool has_body() const { return !shape.empty() || needle.has_value(); }
 };
 
 /// Integrator of the body (server/dynamics/integrator_selection.hpp).

@@ -247,11 +247,10 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
   if (text.has("tool.named") && text.has("tool.body"))
     text.refuse("tool.named", "tool.named and tool.body are both given", "one of them");
   if (text.has("tool.named")) {
-    const std::vector<NamedTool>& known = named_tools();
-    const auto named = std::find_if(known.begin(), known.end(), [&](const NamedTool& tool) { return tool.name == in.named; });
+    const NamedTool* named = find_tool(in.named);
     std::string names;
-    for (const NamedTool& tool : known) names += (names.empty() ? "\"" : ", \"") + tool.name + "\"";
-    if (named == known.end()) text.refuse("tool.named", names);
+    for (const NamedTool& tool : named_tools()) names += (names.empty() ? "\"" : ", \"") + tool.name + "\"";
+    if (!named) text.refuse("tool.named", names);
     out.tool.shape = named->shape;
   }
   if (in.body) out.tool.shape = read_tool_body(text, "tool.body", *in.body);

@@ -45,6 +45,12 @@ const std::vector<NamedTool>& named_tools() {
   return all;
 }
 
+const NamedTool* find_tool(const std::string& name) {
+  const auto found =
+      std::find_if(named_tools().begin(), named_tools().end(), [&](const NamedTool& tool) { return tool.name == name; });
+  return found == named_tools().end() ? nullptr : &*found;
+}
+
 ToolShape read_tool_body(const SceneText& text, const std::string& path, const schema::ToolBodyT& in) {
   ToolShape shape;
   for (std::size_t i = 0; i < in.spheres.size(); ++i) {

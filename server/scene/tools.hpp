@@ -20,6 +20,9 @@ const std::vector<NamedTool>& named_tools();
 /// Returns the body of a tool as it is drawn: spheres along the shaft of a needle, whose contacts are not theirs.
 ToolShape drawn_shape(const ToolSpec& tool);
 
+/// Returns the tool of that name, or nullptr.
+const NamedTool* find_tool(const std::string& name);
+
 /// Lists each named tool in a line.
 std::string list_of_tools();
 

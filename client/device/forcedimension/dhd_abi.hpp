@@ -48,6 +48,9 @@ struct Functions {
                                              char id);
   int (*dhdSetGravityCompensation)(int on, char id);
   int (*dhdSetMaxForce)(double newtons, char id);
+  // null in an older library
+  int (*dhdSetMaxTorque)(double newton_metres, char id);
+  bool (*dhdHasActiveWrist)(char id);
   int (*dhdGetStatus)(int status[status::kCount], char id);
   int (*dhdErrorGetLast)();
   const char* (*dhdErrorGetStr)(int code);

@@ -1,8 +1,10 @@
-// The frame of DHD and that of Palpate, converted here and nowhere else. Units are the same: metres, newtons.
+// The frame of DHD and that of Palpate, converted here and nowhere else. Units are the same: metres, newtons, newton metres.
 //
 // D of DHD: x towards the person, y to the right, z up. W, for a device that stands before a person: x to the right, y away from
 // the person, z up (docs/reference/frames-and-units.md). So p_W = R_WD p_D with the rows
 //     W.x = D.y,   W.y = -D.x,   W.z = D.z.
+// A rotation, so a torque is converted like a force. The library takes it about the point whose position it gives, which is the
+// tool point.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -42,6 +42,8 @@ Functions load() {
   library.bind("dhdErrorGetStr", f.dhdErrorGetStr);
   library.bind("dhdEnableExpertMode", f.dhdEnableExpertMode);
   library.bind("dhdSetWatchdog", f.dhdSetWatchdog);
+  library.bind_optional("dhdSetMaxTorque", f.dhdSetMaxTorque);
+  library.bind_optional("dhdHasActiveWrist", f.dhdHasActiveWrist);
   library.bind_optional("drdOpenID", f.drdOpenID);
   library.bind_optional("drdClose", f.drdClose);
   library.bind_optional("drdIsSupported", f.drdIsSupported);

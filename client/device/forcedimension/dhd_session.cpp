@@ -54,6 +54,7 @@ Session::Session(const Functions& functions, int index, DriverExchange& exchange
   read_caps(index);
   dhd_.dhdSetGravityCompensation(kOn, id);
   if (caps_.force_max_n > 0) dhd_.dhdSetMaxForce(caps_.force_max_n, id);
+  if (caps_.renders_torque) dhd_.dhdSetMaxTorque(caps_.torque_max_nm, id);
   dhd_.dhdEnableExpertMode();  // required to set the watchdog
   if (dhd_.dhdSetWatchdog(static_cast<unsigned char>(kWatchdog / kWatchdogUnit), id) < 0)
     caps_.model += ", which has no watchdog of its own";
@@ -99,10 +100,18 @@ void Session::read_caps(int index) {
   if (limits.radius_m > 0)
     caps_.workspace = Eigen::AlignedBox3d(Vec3::Constant(-limits.radius_m), Vec3::Constant(limits.radius_m));
   caps_.has_orientation = status[status::kWristDetected] != 0;
+  const bool turns = caps_.has_orientation && dhd_.dhdHasActiveWrist && dhd_.dhdSetMaxTorque && dhd_.dhdHasActiveWrist(id);
+  if (turns && limits.torque_max_nm > 0) {
+    caps_.renders_torque = true;
+    caps_.torque_max_nm = caps_.torque_continuous_nm = limits.torque_max_nm;
+    caps_.torque_slew_max_nm_s = limits.torque_max_nm / kPeakInS;
+    caps_.spin_max_rad_s = kSpinMaxRadS;
+  }
   caps_.buttons = kButtons;
   caps_.watchdog = kWatchdog;
   caps_.model = "Force Dimension " + std::string(name ? name : "device") + ", serial number " + std::to_string(serial) +
                 ", number " + std::to_string(index);
+  if (turns && !caps_.renders_torque) caps_.model += ", whose torque has no known limit and is left out";
 }
 
 bool Session::must_home() const { return drd_ && !dhd_.drdIsInitialized(static_cast<char>(id_)); }
@@ -129,8 +138,10 @@ void Session::turn() noexcept {
     reading.state = DeviceState::gone;
     reading.reason = "the connection to it broke";
   }
-  const Vec3 force = to_d(exchange_.turn(reading));
-  check(dhd_.dhdSetForceAndTorqueAndGripperForce(force.x(), force.y(), force.z(), 0, 0, 0, 0, static_cast<char>(id_)));
+  const Wrench asked = exchange_.turn(reading);
+  const Vec3 force = to_d(asked.force), torque = caps_.renders_torque ? to_d(asked.torque) : Vec3(Vec3::Zero());
+  check(dhd_.dhdSetForceAndTorqueAndGripperForce(force.x(), force.y(), force.z(), torque.x(), torque.y(), torque.z(), 0,
+                                                 static_cast<char>(id_)));
 }
 
 DeviceReading Session::measure() noexcept {

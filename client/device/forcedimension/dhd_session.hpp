@@ -3,7 +3,8 @@
 //     read position, orientation and buttons, exchange them for the newest force (driver_exchange.hpp), send the force.
 //
 // A force is sent in every turn, zero where there is none: gravity compensation is computed on the host and sent along with it,
-// so an arm without force commands sinks. Torque and grip are sent as zero; devices without them ignore that. The device's own
+// so an arm without force commands sinks. Torque is sent to a device with an active wrist whose limit is known, else as zero, and the
+// grip always. The device's own
 // watchdog is armed: it switches the force off when the host, or this program, sends nothing for kWatchdog.
 #pragma once
 
@@ -16,6 +17,7 @@ namespace palpate::dhd {
 
 inline constexpr double kTurnHz = 2000;
 inline constexpr double kVelocityMaxMS = 5;  ///< faster than people move a handle; the device has its own limit
+inline constexpr double kSpinMaxRadS = 30;   ///< faster than people turn one
 inline constexpr Micros kWatchdog{20'000};
 
 class Session {

@@ -115,8 +115,8 @@ ForceDimensionDevice::~ForceDimensionDevice() {
 }
 
 DeviceReading ForceDimensionDevice::read(Micros) noexcept { return driver_->exchange.read(); }
-void ForceDimensionDevice::write(const Vec3& force) noexcept { driver_->exchange.write(force); }
-void ForceDimensionDevice::stop() noexcept { driver_->exchange.write(Vec3::Zero()); }
+void ForceDimensionDevice::write(const Wrench& wrench) noexcept { driver_->exchange.write(wrench); }
+void ForceDimensionDevice::stop() noexcept { driver_->exchange.write({}); }
 void ForceDimensionDevice::halt() noexcept { driver_->exchange.halt(); }
 void ForceDimensionDevice::resume() noexcept { driver_->exchange.resume(); }
 void ForceDimensionDevice::turn() noexcept { driver_->session->turn(); }

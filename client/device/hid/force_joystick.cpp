@@ -225,7 +225,7 @@ bool ForceJoystick::send_magnitude(HidTransport& transport, Effect& effect, doub
 }
 
 bool ForceJoystick::send(HidTransport& transport, const HidCommand& command, Micros now) noexcept {
-  const Vec3 share = command.armed ? Vec3(command.force / options_.force_max_n) : Vec3(Vec3::Zero());
+  const Vec3 share = command.armed ? Vec3(command.wrench.force / options_.force_max_n) : Vec3(Vec3::Zero());
   // A force that comes from the right, or from away from the user, pushes to the left, or to the user: against x and y.
   const bool sent = send_magnitude(transport, effects_[0], (options_.flip_x ? 1 : -1) * share.x()) &&
                     send_magnitude(transport, effects_[1], (options_.flip_y ? 1 : -1) * share.y());

@@ -11,9 +11,9 @@ namespace palpate {
 namespace {
 
 constexpr const char* kWhere = "force device";
-constexpr std::uint32_t kNanometre = 0x11, kMillinewton = 0xE111;  ///< centimetre, dyne
-constexpr int kNanometreExponent = -7, kMillinewtonExponent = 2;
-constexpr double kMPerNm = 1e-9, kNPerMn = 1e-3, kMnPerN = 1e3, kWhole = 32767;
+constexpr std::uint32_t kNanometre = 0x11, kMillinewton = 0xE111, kMicronewtonMetre = 0xE121;  ///< cm, dyne, dyne cm
+constexpr int kNanometreExponent = -7, kMillinewtonExponent = 2, kMicronewtonMetreExponent = 1;
+constexpr double kMPerNm = 1e-9, kNPerMn = 1e-3, kMnPerN = 1e3, kNmPerUnm = 1e-6, kUnmPerNm = 1e6, kWhole = 32767;
 
 std::uint32_t usage_of(int usage) { return hid_usage(FORCE_HID_PAGE, static_cast<std::uint32_t>(usage)); }
 
@@ -123,6 +123,12 @@ void ForceProfile::bind(const ReportDescriptor& descriptor) {
   for (int i = 0; i < 4 && in_.has_orientation; ++i) in_.orientation[i] = input(FORCE_HID_ORIENTATION_X + i, 16);
   if (in_.has_orientation)
     for (const HidField& field : in_.orientation) expect_one_report(in_.state, field);
+  out_.has_torque = descriptor.find(HidReportKind::output, usage_of(FORCE_HID_TORQUE_X)) != nullptr;
+  for (int i = 0; i < 3 && out_.has_torque; ++i) {
+    out_.torque[i] = output(FORCE_HID_TORQUE_X + i, 24);
+    expect_unit(out_.torque[i], kMicronewtonMetre, kMicronewtonMetreExponent, "micronewton metres (unit 0xE121, exponent 1)");
+    expect_one_report(out_.flags, out_.torque[i]);
+  }
   for (const HidField* field : {&in_.buttons, &in_.status}) expect_one_report(in_.state, *field);
   expect_one_report(out_.flags, out_.sequence);
   report_.assign(descriptor.report_bytes(HidReportKind::output, out_.flags.report_id), std::byte{0});
@@ -146,6 +152,15 @@ DeviceCaps ForceProfile::read_limits(HidTransport& transport, const ReportDescri
   caps.buttons = static_cast<int>(limits(FORCE_HID_BUTTON_COUNT, 0, 16, "number of buttons"));
   const auto features = static_cast<int>(limits(FORCE_HID_FEATURES, 0, 255, "features"));
   caps.has_orientation = in_.has_orientation && (features & FORCE_HID_FEATURE_ORIENTATION) != 0;
+  caps.renders_torque = caps.has_orientation && out_.has_torque && (features & FORCE_HID_FEATURE_TORQUE) != 0;
+  if (caps.renders_torque) {
+    const double most_unm = limits(FORCE_HID_PEAK_TORQUE, 1, FORCE_HID_TORQUE_MAX_UNM, "peak torque [uN m]");
+    caps.torque_max_nm = most_unm * kNmPerUnm;
+    caps.torque_continuous_nm = limits(FORCE_HID_CONTINUOUS_TORQUE, 1, most_unm, "continuous torque [uN m]") * kNmPerUnm;
+    caps.torque_slew_max_nm_s = limits(FORCE_HID_TORQUE_SLEW, 1, 1e9, "change of torque [mN m/s]") * 1e-3;
+    caps.torsion_stiffness_max_nm_rad = limits(FORCE_HID_TORSION, 0, 1e9, "torsional stiffness [mN m/rad]") * 1e-3;
+    caps.spin_max_rad_s = limits(FORCE_HID_SPIN, 1, 65535, "rate of rotation [mrad/s]") * 1e-3;
+  }
   Vec3 least, most;
   for (int i = 0; i < 3; ++i) {
     const double from_nm = limits(FORCE_HID_WORKSPACE_MIN_X + i, -2147483648.0, 2147483647.0, "workspace [nm]");
@@ -206,7 +221,11 @@ std::uint8_t ForceProfile::flags_for(const HidCommand& command, Micros now) noex
 bool ForceProfile::send(HidTransport& transport, const HidCommand& command, Micros now) noexcept {
   set_value(out_.flags, report_, flags_for(command, now));
   set_value(out_.sequence, report_, ++sequence_);
-  for (int i = 0; i < 3; ++i) set_value(out_.force[i], report_, std::llround(std::clamp(command.force[i] * kMnPerN, -1e9, 1e9)));
+  const auto whole = [](double value) { return std::llround(std::clamp(value, -1e9, 1e9)); };
+  for (int i = 0; i < 3; ++i) {
+    set_value(out_.force[i], report_, whole(command.wrench.force[i] * kMnPerN));
+    if (out_.has_torque) set_value(out_.torque[i], report_, whole(command.wrench.torque[i] * kUnmPerNm));
+  }
   return transport.write(report_);
 }
 

@@ -19,7 +19,7 @@ struct HidInput {
 };
 
 struct HidCommand {
-  Vec3 force = Vec3::Zero();  ///< on the tool [N], finite
+  Wrench wrench;       ///< on the tool, finite
   bool armed = false;         ///< false: no force
   bool ramped = true;  ///< only while not armed: true ends the force over the device's ramp, if it has one; false ends it at once
 };

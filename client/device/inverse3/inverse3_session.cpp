@@ -62,7 +62,7 @@ DeviceReading Inverse3Session::measure(Micros now) noexcept {
   return reading;
 }
 
-void Inverse3Session::turn(Micros now) { force_ = exchange_.turn(gate_.pass(measure(now))); }
+void Inverse3Session::turn(Micros now) { force_ = exchange_.turn(gate_.pass(measure(now))).force; }
 
 std::optional<std::string> Inverse3Session::command(Micros now) {
   const bool unasked = silent(now) && unanswered_ == 1;

@@ -22,7 +22,7 @@ inline constexpr unsigned int kCallbackDone = 0, kCallbackContinue = 1;
 inline constexpr unsigned short kPriorityMax = 65535;
 
 namespace error {
-inline constexpr unsigned int kSuccess = 0, kWarmMotors = 0x200, kExceededMaxForce = 0x201, kExceededMaxForceImpulse = 0x202,
+inline constexpr unsigned int kSuccess = 0, kInvalidEnum = 0x100, kInvalidValue = 0x101, kInvalidOperation = 0x102, kWarmMotors = 0x200, kExceededMaxForce = 0x201, kExceededMaxForceImpulse = 0x202,
                               kExceededMaxVelocity = 0x203, kForceError = 0x204, kDeviceFault = 0x300,
                               kDeviceAlreadyInitiated = 0x301, kCommError = 0x302, kCommConfigError = 0x303, kTimerError = 0x304;
 }
@@ -41,7 +41,9 @@ inline constexpr unsigned int kCurrentButtons = 0x2000, kCurrentPosition = 0x205
                               kDeviceModelType = 0x2501, kDeviceDriverVersion = 0x2502, kDeviceVendor = 0x2503,
                               kDeviceSerialNumber = 0x2504, kUsableWorkspace = 0x2551, kInputDof = 0x2553, kOutputDof = 0x2554,
                               kCalibrationStyle = 0x2555, kNominalMaxStiffness = 0x2602, kNominalMaxForce = 0x2603,
-                              kNominalMaxContinuousForce = 0x2604, kCurrentForce = 0x2700;
+                              kNominalMaxContinuousForce = 0x2604, kNominalMaxTorqueStiffness = 0x2620,
+                              kNominalMaxTorque = 0x2622, kNominalMaxContinuousTorque = 0x2623, kCurrentForce = 0x2700,
+                              kCurrentTorque = 0x2701;
 }
 
 struct Functions {

@@ -18,7 +18,7 @@ constexpr double kNewtonsPerMillimetre = 1000;
 constexpr double kPeakInS = 0.004;  // a step to the peak force in four ticks feels like a knock, not a blow
 constexpr Micros kZeroWait{50'000}, kZeroPoll{1'000};
 constexpr int kZeroTurns = 3;
-constexpr int kStylusButtons = 2, kDofWithOrientation = 6;
+constexpr int kStylusButtons = 2, kDofWithRotation = 6;
 
 const char* calibration_request(unsigned int style) {
   if (style & calibration::kInkwell) return "it is not calibrated: put the stylus into the inkwell";
@@ -124,12 +124,45 @@ void Session::read_caps() {
   hd_.hdGetIntegerv(parameter::kInputDof, &dof);
   hd_.hdGetIntegerv(parameter::kCalibrationStyle, &styles);
   calibration_style_ = best_style(static_cast<unsigned int>(styles));
-  caps_.has_orientation = dof >= kDofWithOrientation;
+  caps_.has_orientation = dof >= kDofWithRotation;
   caps_.buttons = kStylusButtons;
   caps_.watchdog = DriverExchange::kStaleAfter;
   caps_.model = text(parameter::kDeviceVendor) + " " + text(parameter::kDeviceModelType) + ", serial number " +
                 text(parameter::kDeviceSerialNumber) + ", driver " + text(parameter::kDeviceDriverVersion);
   take_errors();
+  read_torque_caps();
+}
+
+/// A device with six motors renders a torque if its library states the limits.
+void Session::read_torque_caps() {
+  int output_dof = 0;
+  hd_.hdGetIntegerv(parameter::kOutputDof, &output_dof);
+  take_errors();
+  if (!caps_.has_orientation || output_dof < kDofWithRotation) return;
+  const auto number = [this](unsigned int parameter) {
+    double value = 0;
+    hd_.hdGetDoublev(parameter, &value);
+    return std::max(0.0, value) / kMilli;
+  };
+  caps_.torque_max_nm = number(parameter::kNominalMaxTorque);
+  caps_.torque_continuous_nm = number(parameter::kNominalMaxContinuousTorque);
+  caps_.torsion_stiffness_max_nm_rad = number(parameter::kNominalMaxTorqueStiffness);
+  caps_.torque_slew_max_nm_s = caps_.torque_max_nm / kPeakInS;
+  caps_.spin_max_rad_s = kSpinMaxRadS;
+  take_errors();
+  caps_.renders_torque = caps_.torque_max_nm > 0 && caps_.torque_continuous_nm > 0;
+  if (!caps_.renders_torque) caps_.model += ", whose torque has no known limit and is left out";
+}
+
+/// Sets the torque, until the library refuses to know it.
+void Session::set_torque(const double* mnm) noexcept {
+  if (!caps_.renders_torque || torque_refused_) return;
+  take_errors();
+  hd_.hdSetDoublev(parameter::kCurrentTorque, mnm);
+  const unsigned int code = hd_.hdGetError().code;
+  torque_refused_ = code == error::kInvalidEnum || code == error::kInvalidValue || code == error::kInvalidOperation;
+  if (torque_refused_) gate_.refuse("its library takes no torque in space: there is none from now on");
+  if (code != error::kSuccess) note(code);
 }
 
 unsigned int Session::tick(void* self) noexcept {
@@ -147,10 +180,14 @@ void Session::turn() noexcept {
     reading.state = DeviceState::gone;
     reading.reason = "the connection to it broke";
   }
-  std::array<double, 3> force{};
-  const Vec3 asked = exchange_.turn(reading);
-  if (!closes_.load(std::memory_order_acquire)) force_to(asked, force.data());
+  std::array<double, 3> force{}, torque{};
+  const Wrench asked = exchange_.turn(reading);
+  if (!closes_.load(std::memory_order_acquire)) {
+    force_to(asked.force, force.data());
+    torque_to(asked.torque, torque.data());
+  }
   hd_.hdSetDoublev(parameter::kCurrentForce, force.data());
+  set_torque(torque.data());
   hd_.hdEndFrame(handle_);
   take_errors();
   turns_.fetch_add(1, std::memory_order_release);

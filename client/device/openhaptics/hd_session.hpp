@@ -1,7 +1,7 @@
 // One device that libHD has open, and the task of its scheduler's thread once a millisecond:
 //
 //     begin frame, read errors, position, buttons, orientation and calibration, exchange them for the newest force
-//     (driver_exchange.hpp), set the force, end frame, read errors.
+//     (driver_exchange.hpp), set force and torque, end frame, read errors.
 //
 // State is read and set between begin and end of one frame a tick, in the scheduler's thread alone, as HDAPI demands.
 #pragma once
@@ -19,6 +19,7 @@ namespace palpate::hd {
 inline constexpr double kSchedulerHz = 1000;
 /// Faster than people move a stylus; the library has another limit, which it does not report for every device.
 inline constexpr double kVelocityMaxMS = 5;
+inline constexpr double kSpinMaxRadS = 30;
 
 class Session {
  public:
@@ -41,6 +42,8 @@ class Session {
   void take_errors() noexcept;
   void note(unsigned int code) noexcept;
   void read_caps();
+  void read_torque_caps();
+  void set_torque(const double* mnm) noexcept;
   [[noreturn]] void fail(const std::string& config, unsigned int code);
 
   const Functions& hd_;
@@ -53,6 +56,7 @@ class Session {
   unsigned int calibration_style_ = 0;
   int until_check_ = 0;
   std::uint32_t buttons_before_ = 0;
+  bool torque_refused_ = false;
   std::atomic<bool> lost_{false}, closes_{false};
   std::atomic<std::uint64_t> turns_{0};
 };

@@ -68,8 +68,8 @@ OpenHapticsDevice::~OpenHapticsDevice() {
 }
 
 DeviceReading OpenHapticsDevice::read(Micros) noexcept { return keeper_->exchange.read(); }
-void OpenHapticsDevice::write(const Vec3& force) noexcept { keeper_->exchange.write(force); }
-void OpenHapticsDevice::stop() noexcept { keeper_->exchange.write(Vec3::Zero()); }
+void OpenHapticsDevice::write(const Wrench& wrench) noexcept { keeper_->exchange.write(wrench); }
+void OpenHapticsDevice::stop() noexcept { keeper_->exchange.write({}); }
 void OpenHapticsDevice::halt() noexcept { keeper_->exchange.halt(); }
 void OpenHapticsDevice::resume() noexcept { keeper_->exchange.resume(); }
 

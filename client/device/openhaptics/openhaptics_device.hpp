@@ -26,7 +26,7 @@ class OpenHapticsDevice final : public Device {
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
-  void write(const Vec3& force) noexcept override;
+  void write(const Wrench& wrench) noexcept override;
   void stop() noexcept override;
   void halt() noexcept override;
   void resume() noexcept override;

@@ -41,13 +41,13 @@ class ComparedPhantom final : public MotionDevice {
     return profile_.read(input_, now);
   }
 
-  void write(const Vec3& force) noexcept override {
+  void write(const Wrench& wrench) noexcept override {
     if (through_profile_) {
-      profile_.send(cable_, {force, true, true}, Micros{bench_.now_us});
+      profile_.send(cable_, {wrench, true, true}, Micros{bench_.now_us});
       const auto rendered = bench_.step(0);
       phantom_.write(Vec3(rendered[0], rendered[1], rendered[2]) * 1e-3);
     } else {
-      phantom_.write(force);
+      phantom_.write(wrench);
     }
     if (moves_) felt_->push_back(phantom_.force());
   }

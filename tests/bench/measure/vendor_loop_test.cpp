@@ -38,7 +38,7 @@ class LockstepDevice final : public MotionDevice {
     if (turn_) turn_();
     return adapter_->read(now);
   }
-  void write(const Vec3& force) noexcept override { adapter_->write(force); }
+  void write(const Wrench& wrench) noexcept override { adapter_->write(wrench); }
   void stop() noexcept override { adapter_->stop(); }
 
  private:
@@ -65,23 +65,23 @@ class LatePhantom final : public MotionDevice {
     if (late_ > 0) render(waiting_);
     return reading;
   }
-  void write(const Vec3& force) noexcept override {
+  void write(const Wrench& wrench) noexcept override {
     if (late_ > 0)
-      waiting_ = force;
+      waiting_ = wrench;
     else
-      render(force);
+      render(wrench);
   }
   void stop() noexcept override { phantom_.stop(); }
 
  private:
-  void render(const Vec3& force) {
-    phantom_.write(force);
+  void render(const Wrench& wrench) {
+    phantom_.write(wrench);
     if (moves_) felt_->push_back(phantom_.force());
   }
   SimPhantom phantom_;
   int late_;
   std::shared_ptr<std::vector<Vec3>> felt_;
-  Vec3 waiting_ = Vec3::Zero();
+  Wrench waiting_;
   bool moves_ = false;
 };
 

@@ -28,8 +28,8 @@ TEST_CASE("Of a driver and a loop that hand over, each gets the newest of the ot
   Met met;
   met.exchange.write(Vec3(1, 0, 0));
   met.exchange.write(Vec3(2, 0, 0));
-  CHECK(met.exchange.turn(at(0.01)) == Vec3(2, 0, 0));
-  CHECK(met.exchange.turn(at(0.02)) == Vec3(2, 0, 0));
+  CHECK(met.exchange.turn(at(0.01)).force == Vec3(2, 0, 0));
+  CHECK(met.exchange.turn(at(0.02)).force == Vec3(2, 0, 0));
   CHECK(met.exchange.read().position == Vec3(0.02, 0, 0));
 }
 
@@ -40,12 +40,12 @@ TEST_CASE("A loop that is still for 20 ms gets no force, and has its force again
     exchange.read();
     exchange.write(Vec3(3, 0, 0));
     int turns = 0;
-    while (exchange.turn(at(0)).x() > 0) ++turns;
+    while (exchange.turn(at(0)).force.x() > 0) ++turns;
     CHECK(turns == static_cast<int>(0.02 * hz));
-    CHECK(exchange.turn(at(0)) == Vec3(Vec3::Zero()));
+    CHECK(exchange.turn(at(0)).force == Vec3(Vec3::Zero()));
     exchange.read();
     exchange.write(Vec3(1, 0, 0));
-    CHECK(exchange.turn(at(0)) == Vec3(1, 0, 0));
+    CHECK(exchange.turn(at(0)).force == Vec3(1, 0, 0));
   }
 }
 
@@ -56,22 +56,22 @@ TEST_CASE("A driver that is silent for 20 readings is gone, and there again with
   CHECK(met.exchange.read().state == DeviceState::gone);
   CHECK_FALSE(met.exchange.read().reason.text().empty());
   met.exchange.write(Vec3(5, 0, 0));
-  CHECK(met.exchange.turn(at(0.5)) == Vec3(Vec3::Zero()));
+  CHECK(met.exchange.turn(at(0.5)).force == Vec3(Vec3::Zero()));
   CHECK(met.exchange.read().ok());
 }
 
 TEST_CASE("No force that is not finite, and none for a reading that is not ok or after halt, gets to a driver", "[device]") {
   Met met;
   met.exchange.write(Vec3(0, std::numeric_limits<double>::quiet_NaN(), 1));
-  CHECK(met.exchange.turn(at(0)) == Vec3(Vec3::Zero()));
+  CHECK(met.exchange.turn(at(0)).force == Vec3(Vec3::Zero()));
   met.exchange.write(Vec3(0, 0, 1));
-  CHECK(met.exchange.turn({Vec3::Zero(), DeviceState::fault}) == Vec3(Vec3::Zero()));
-  CHECK(met.exchange.turn(at(0)) == Vec3(0, 0, 1));
+  CHECK(met.exchange.turn({Vec3::Zero(), DeviceState::fault}).force == Vec3(Vec3::Zero()));
+  CHECK(met.exchange.turn(at(0)).force == Vec3(0, 0, 1));
   met.exchange.halt();
   met.exchange.write(Vec3(0, 0, 2));
-  CHECK(met.exchange.turn(at(0)) == Vec3(Vec3::Zero()));
+  CHECK(met.exchange.turn(at(0)).force == Vec3(Vec3::Zero()));
   met.exchange.resume();
-  CHECK(met.exchange.turn(at(0)) == Vec3(0, 0, 2));
+  CHECK(met.exchange.turn(at(0)).force == Vec3(0, 0, 2));
 }
 
 TEST_CASE("A jump is a fault until 100 ms of steady readings, a place that is no number as long", "[device]") {
@@ -106,4 +106,15 @@ TEST_CASE("A driver's fault lasts a second beyond its last word, and keeps its r
 TEST_CASE("A reason longer than there is room for is cut", "[device]") {
   const std::string text(200, 'x');
   CHECK(DeviceReason(text).text() == text.substr(0, DeviceReason::kMaxBytes));
+}
+
+TEST_CASE("A torque that is not a number is zero, and the force stays, until the reading ends both", "[device]") {
+  Met met;
+  met.exchange.write({Vec3(1, 0, 0), Vec3(0, std::nan(""), 0)});
+  const Wrench given = met.exchange.turn(at(0));
+  CHECK(given.force == Vec3(1, 0, 0));
+  CHECK(given.torque == Vec3(Vec3::Zero()));
+  met.exchange.write({Vec3(1, 0, 0), Vec3(0, 0.1, 0)});
+  CHECK(met.exchange.turn(at(0)).torque == Vec3(0, 0.1, 0));
+  CHECK(met.exchange.turn({Vec3::Zero(), DeviceState::fault}).zero());
 }

@@ -10,6 +10,7 @@
 #include "client/device/forcedimension/dhd_limits.hpp"
 #include "client/device/forcedimension/dhd_session.hpp"
 #include "common/base/error.hpp"
+#include "common/base/rotation_vector.hpp"
 #include "tests/client/device/load_standin.hpp"
 
 using namespace palpate;
@@ -231,4 +232,35 @@ TEST_CASE("No device, another number and a device in use are said with what woul
   CHECK(dhd_refusal({-1}).find("expected a number from 0") != std::string::npos);
   DhdBench bench;
   CHECK(dhd_refusal({}).find("is already open") != std::string::npos);
+}
+
+TEST_CASE("A sigma.7 turns by the torque that is written, about the axis of the scene, and an omega is sent none", "[device]") {
+  for (const bool turns : {true, false}) {
+    DhdBench bench;
+    bench.device.reset();
+    SimPhantomOptions hand;
+    hand.tremor_m = hand.force_step_n = 0;
+    hand.hand = *hand_from_name("firm");
+    if (turns) hand.wrist = SimWrist{.torque_step_nm = 0};
+    bench.standin.begin(Motion::rest(Vec3::Zero(), 1.0), hand);
+    bench.device = std::make_unique<ForceDimensionDevice>(ForceDimensionOptions{0, Micros{60'000}, false});
+    const DeviceCaps& caps = bench.device->caps();
+    CHECK(caps.renders_torque == turns);
+    CHECK(caps.torque_max_nm == (turns ? 0.24 : 0.0));
+    const Vec3 torque(0.02, -0.05, 0.03);
+    Micros now{};
+    DeviceReading reading;
+    for (int ms = 0; ms < 1500; ++ms) {
+      bench.standin.tick();
+      bench.device->turn();
+      reading = bench.device->read(now += kDhdTick);
+      bench.device->write({Vec3(0, 0, 1), torque});
+    }
+    const StandinTick felt = bench.standin.log().back();
+    CHECK((felt.torque - (turns ? torque : Vec3(Vec3::Zero()))).norm() < 1e-12);
+    CHECK((felt.force - Vec3(0, 0, 1)).norm() < 1e-12);
+    if (!turns) continue;
+    CHECK(reading.orientation.angularDistance(Eigen::Quaterniond(felt.turn)) < 1e-3);
+    CHECK((rotation_vector(Rotation(reading.orientation)) - torque / hand.wrist->stiffness_nm_rad).norm() < 2e-3);
+  }
 }

@@ -8,6 +8,7 @@
 
 #include "client/device/openhaptics/hd_frame.hpp"
 #include "common/base/error.hpp"
+#include "common/base/rotation_vector.hpp"
 #include "tests/client/device/load_standin.hpp"
 
 using namespace palpate;
@@ -260,4 +261,47 @@ TEST_CASE("A second station on the same device, no device and another's name are
   standin_hd().misbehave(StandinFault::no_device);
   CHECK(refusal([] { OpenHapticsDevice none; }).find("--list-devices") != std::string::npos);
   standin_hd().misbehave(StandinFault::none);
+}
+
+TEST_CASE("A Phantom with six motors turns by the torque that is written, about the axis of the scene", "[device]") {
+  HdBench bench;
+  bench.device.reset();
+  SimPhantomOptions hand = HdBench::still_hand();
+  hand.wrist = SimWrist{.torque_step_nm = 0};
+  hand.force_step_n = 0;
+  bench.standin.begin(Motion::rest(Vec3::Zero(), 1.0), hand);
+  bench.device = std::make_unique<OpenHapticsDevice>();
+  const DeviceCaps& caps = bench.device->caps();
+  CHECK(caps.renders_torque);
+  CHECK(caps.torque_max_nm == Approx(0.3));
+  CHECK(caps.torque_continuous_nm == Approx(0.05));
+  CHECK(caps.torsion_stiffness_max_nm_rad == Approx(0.8));
+  const Vec3 torque(0.02, -0.05, 0.03);
+  const auto run = [&](int ticks) {
+    DeviceReading reading;
+    for (int ms = 0; ms < ticks; ++ms) {
+      bench.standin.tick();
+      reading = bench.device->read(bench.now += kHdTick);
+      bench.device->write({Vec3(0, 0, 1), torque});
+    }
+    return reading;
+  };
+  const DeviceReading reading = run(1500);
+  const StandinTick felt = bench.standin.log().back();
+  CHECK((felt.torque - torque).norm() < 1e-12);
+  CHECK(reading.orientation.angularDistance(Eigen::Quaterniond(felt.turn)) < 1e-3);
+  CHECK((rotation_vector(Rotation(reading.orientation)) - torque / hand.wrist->stiffness_nm_rad).norm() < 2e-3);
+
+  bench.standin.misbehave(StandinFault::no_torque);
+  const DeviceReading refused = run(3);
+  CHECK(refused.state == DeviceState::fault);
+  CHECK(refused.reason.text() == "its library takes no torque in space: there is none from now on");
+  CHECK(run(1100).ok());  // the force is there again
+  CHECK((bench.felt() - Vec3(0, 0, 1)).norm() < 1e-12);
+}
+
+TEST_CASE("A Phantom of three motors has orientation and no torque", "[device]") {
+  HdBench bench;
+  CHECK(bench.device->caps().has_orientation);
+  CHECK_FALSE(bench.device->caps().renders_torque);
 }

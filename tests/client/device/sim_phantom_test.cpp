@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/base/error.hpp"
+#include "common/base/rotation_vector.hpp"
 
 using palpate::Hand;
 using palpate::Micros;
@@ -205,4 +206,45 @@ TEST_CASE("Options out of range and unknown hands are refused", "[device]") {
   refused([](auto& o) { o.hand.damping_n_s_m = std::numeric_limits<double>::quiet_NaN(); });
   refused([](auto& o) { o.tremor_m = std::numeric_limits<double>::infinity(); });
   refused([](auto& o) { o.release_s = -1; });
+}
+
+TEST_CASE("A device that turns answers a step of torque about any axis as the damped oscillator that it is", "[device]") {
+  SimPhantomOptions options = exact(*palpate::hand_from_name("firm"));
+  options.wrist = palpate::SimWrist{.torque_step_nm = 0};
+  const palpate::SimWrist& wrist = *options.wrist;
+  const Vec3 axis = Vec3(1, -2, 0.5).normalized();
+  SimPhantom device(still(), options);
+  CHECK(device.caps().renders_torque);
+  CHECK(device.caps().has_orientation);
+  device.read(Micros{0});
+  device.write({Vec3(0, 0, 0), 0.1 * axis});
+  for (int ms = 1; ms <= 1000; ++ms) {
+    const Eigen::Quaterniond turn = device.read(Micros{ms * 1000}).orientation;
+    const double expected = step_response(wrist.device_inertia_kg_m2 + wrist.inertia_kg_m2, wrist.damping_nm_s_rad,
+                                          wrist.stiffness_nm_rad, 0.1, ms * 1e-3);
+    REQUIRE((palpate::rotation_vector(palpate::Rotation(turn)) - expected * axis).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("Released, it turns freely, and its torque is rendered in steps, within its limit and in proportion to its force", "[device]") {
+  SimPhantomOptions options = exact(*palpate::hand_from_name("firm"));
+  options.wrist = palpate::SimWrist{};
+  options.release_s = 0;
+  SimPhantom device(still(), options);
+  device.read(Micros{0});
+  device.write({Vec3(0, 0, 0), Vec3(0, 0, 0.01)});
+  device.read(Micros{50'000});
+  device.read(Micros{100'000});
+  CHECK(device.spin().z() == Approx(0.01 / 1e-4 * 0.1).epsilon(1e-9));
+  device.write({Vec3(0, 0, 0), Vec3(0, 0.0123, 0)});
+  CHECK(device.torque().isApprox(Vec3(0, 0.012, 0)));
+  device.write({Vec3(4, 0, 0), Vec3(0, 0.6, 0)});
+  CHECK(device.torque().isApprox(Vec3(0, 0.3, 0)));
+  CHECK(device.force().x() == Approx(2));
+  device.write({Vec3(1, 0, 0), Vec3(0, std::nan(""), 0)});
+  CHECK(device.torque() == Vec3::Zero());
+  CHECK(device.force().x() == Approx(1));
+  SimPhantom plain(still(), exact(*palpate::hand_from_name("firm")));
+  plain.write({Vec3(1, 0, 0), Vec3(0, 0.1, 0)});
+  CHECK(plain.torque() == Vec3::Zero());
 }

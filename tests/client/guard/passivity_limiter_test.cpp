@@ -1,15 +1,16 @@
 // The passivity limiter of the guard: the observed energy, the dissipated energy, and no other effect.
-#include "client/guard/guard.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
 #include <limits>
 
+#include "tests/client/guard/felt.hpp"
+
 using palpate::Guard;
 using palpate::Passivity;
 using palpate::PassivityMode;
 using palpate::Vec3;
+using palpate::test::felt;
 
 namespace {
 
@@ -22,7 +23,7 @@ double bounce(Guard& guard, double stiffness_n_m, int delay, double mass_kg = 0.
   for (int i = 0; i < ticks; ++i) {
     late.push_back(-stiffness_n_m * x);
     late.pop_front();
-    const Vec3 force = guard.pass(Vec3(late.front(), 0, 0), Vec3(x, 0, 0), kStepS);
+    const Vec3 force = felt(guard, Vec3(late.front(), 0, 0), Vec3(x, 0, 0), kStepS);
     const double a = force.x() / mass_kg;
     x += v * kStepS + 0.5 * a * kStepS * kStepS;  // exact for a held force
     v += a * kStepS;
@@ -35,11 +36,11 @@ double bounce(Guard& guard, double stiffness_n_m, int delay, double mass_kg = 0.
 
 TEST_CASE("Positions that are not finite and huge forces leave no trace in the limiter", "[guard]") {
   Guard guard({8.5, 0, PassivityMode::on});
-  guard.pass(Vec3(1, 0, 0), Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), kStepS);
-  guard.pass(Vec3(1e308, 1e308, -1e308), Vec3(1e308, 0, 0), kStepS);
-  guard.pass(Vec3(-1e308, 1e308, -1e308), Vec3(-1e308, 0, 0), kStepS);
-  for (int i = 0; i < 100; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kStepS);  // rest: the account starts again
-  CHECK(guard.pass(Vec3(1, 2, 0), Vec3::Zero(), kStepS) == Vec3(1, 2, 0));
+  felt(guard, Vec3(1, 0, 0), Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), kStepS);
+  felt(guard, Vec3(1e308, 1e308, -1e308), Vec3(1e308, 0, 0), kStepS);
+  felt(guard, Vec3(-1e308, 1e308, -1e308), Vec3(-1e308, 0, 0), kStepS);
+  for (int i = 0; i < 100; ++i) felt(guard, Vec3::Zero(), Vec3::Zero(), kStepS);  // rest: the account starts again
+  CHECK(felt(guard, Vec3(1, 2, 0), Vec3::Zero(), kStepS) == Vec3(1, 2, 0));
   CHECK(std::isfinite(guard.counts().energy_min_j));
 }
 
@@ -49,7 +50,7 @@ TEST_CASE("A spring without delay counts as lossless and is not touched", "[guar
   for (int i = 0; i < 20000; ++i) {
     x = 0.01 * std::sin(i * 0.021) + 0.004 * std::sin(i * 0.0517);
     const Vec3 force(-800 * x, 0, 0);
-    REQUIRE(guard.pass(force, Vec3(x, 0, 0), kStepS) == force);
+    REQUIRE(felt(guard, force, Vec3(x, 0, 0), kStepS) == force);
   }
   CHECK(guard.counts().damped == 0);
   CHECK(guard.counts().energy_min_j > -1e-9);
@@ -61,14 +62,14 @@ TEST_CASE("A damped spring is passive whatever the hand does", "[guard]") {
   for (int i = 1; i < 5000; ++i) {
     const Vec3 x(0.01 * std::sin(i * 0.03), 0.006 * std::cos(i * 0.011) - 0.006, 0.003 * std::sin(i * 0.07));
     const Vec3 force = -300 * x - 2 * (x - before) / kStepS;
-    REQUIRE(guard.pass(force, x, kStepS) == force);
+    REQUIRE(felt(guard, force, x, kStepS) == force);
     before = x;
   }
 }
 
 TEST_CASE("The observed energy of a force along a known path is the work done", "[guard]") {
   Guard guard({0, 0, PassivityMode::observe});
-  for (int i = 0; i <= 10; ++i) guard.pass(Vec3(0.5, 0, 0), Vec3(i * 1e-3, 0, 0), kStepS);
+  for (int i = 0; i <= 10; ++i) felt(guard, Vec3(0.5, 0, 0), Vec3(i * 1e-3, 0, 0), kStepS);
   // The display pushed the hand over 10 mm with 0.5 N, half of that in the first tick, which begins without force.
   CHECK(guard.counts().energy_min_j == Approx(-0.5 * 0.01).epsilon(1e-9));
   CHECK(guard.counts().damped == 0);
@@ -94,7 +95,7 @@ TEST_CASE("The limiter calms an active spring on a device that nobody holds and 
       late.push_back(-300 * read);
       late.pop_front();
       // The observer leaves k T / 2 = 0.15 N s/m to the device's friction.
-      const double a = (guard.pass(Vec3(late.front(), 0, 0), Vec3(read, 0, 0), kStepS).x() - 0.3 * v) / 0.075;
+      const double a = (felt(guard, Vec3(late.front(), 0, 0), Vec3(read, 0, 0), kStepS).x() - 0.3 * v) / 0.075;
       x += v * kStepS + 0.5 * a * kStepS * kStepS;
       v += a * kStepS;
       if (i >= 3000) largest = std::max(largest, std::abs(x));
@@ -108,13 +109,13 @@ TEST_CASE("The limiter calms an active spring on a device that nobody holds and 
 TEST_CASE("A step of the device's reading moves the force by no more than a hand does not notice, whatever the deficit") {
   Guard guard({8.5, 2000, PassivityMode::on});
   double x = 0;
-  for (int i = 0; i < 100; ++i) guard.pass(Vec3(2, 0, 0), Vec3(x += 1e-4, 0, 0), kStepS);  // the display gives 20 mJ
+  for (int i = 0; i < 100; ++i) felt(guard, Vec3(2, 0, 0), Vec3(x += 1e-4, 0, 0), kStepS);  // the display gives 20 mJ
   REQUIRE(guard.counts().energy_min_j < -Passivity::kFullJ);
-  for (int i = 0; i < 20; ++i) guard.pass(Vec3(2, 0, 0), Vec3(x, 0, 0), kStepS);
-  Vec3 before = guard.pass(Vec3(2, 0, 0), Vec3(x, 0, 0), kStepS);
+  for (int i = 0; i < 20; ++i) felt(guard, Vec3(2, 0, 0), Vec3(x, 0, 0), kStepS);
+  Vec3 before = felt(guard, Vec3(2, 0, 0), Vec3(x, 0, 0), kStepS);
   for (int i = 0; i < 400; ++i) {
     if (i % 9 == 0) x += i % 2 ? 3e-5 : -3e-5;
-    const Vec3 out = guard.pass(Vec3(2, 0, 0), Vec3(x, 0, 0), kStepS);
+    const Vec3 out = felt(guard, Vec3(2, 0, 0), Vec3(x, 0, 0), kStepS);
     CHECK((out - before).norm() < 0.05);
     before = out;
   }
@@ -123,20 +124,20 @@ TEST_CASE("A step of the device's reading moves the force by no more than a hand
 TEST_CASE("The limiter adds nothing where there is no force, and never more than there is") {
   Guard guard({8.5, 0, PassivityMode::on});
   double x = 0;
-  for (int i = 0; i < 100; ++i) guard.pass(Vec3(2, 0, 0), Vec3(x += 1e-3, 0, 0), kStepS);
+  for (int i = 0; i < 100; ++i) felt(guard, Vec3(2, 0, 0), Vec3(x += 1e-3, 0, 0), kStepS);
   for (const double force_n : {0.0, 0.01, -0.3, 1.0}) {
-    const Vec3 out = guard.pass(Vec3(force_n, 0, 0), Vec3(x += 1e-3, 0, 0), kStepS);
+    const Vec3 out = felt(guard, Vec3(force_n, 0, 0), Vec3(x += 1e-3, 0, 0), kStepS);
     CHECK(std::abs(out.x() - force_n) <= std::abs(force_n) + 1e-15);
     CHECK(out.y() == 0);
   }
-  guard.pass(Vec3(1, 0, 0), Vec3(x, 1e-3, 0), kStepS);
-  CHECK(guard.pass(Vec3(1, 0, 0), Vec3(x, 2e-3, 0), kStepS).y() == 0);  // no drag across the force
+  felt(guard, Vec3(1, 0, 0), Vec3(x, 1e-3, 0), kStepS);
+  CHECK(felt(guard, Vec3(1, 0, 0), Vec3(x, 2e-3, 0), kStepS).y() == 0);  // no drag across the force
 }
 
 TEST_CASE("A force beyond what the device shows is weighed as it is shown") {
   Guard guard({8.5, 0, PassivityMode::on});
   Vec3 out;
-  for (int i = 0; i < 200; ++i) out = guard.pass(Vec3(100, 0, 0), Vec3(i * 1e-3, 0, 0), kStepS);  // along at 1 m/s
+  for (int i = 0; i < 200; ++i) out = felt(guard, Vec3(100, 0, 0), Vec3(i * 1e-3, 0, 0), kStepS);  // along at 1 m/s
   CHECK(out.norm() < 0.1);
   CHECK(guard.counts().energy_min_j > -0.02);
   CHECK(guard.counts().clamped == 200);
@@ -144,10 +145,10 @@ TEST_CASE("A force beyond what the device shows is weighed as it is shown") {
 
 TEST_CASE("While no force is asked for the energy account starts again", "[guard]") {
   Guard guard({0, 0, PassivityMode::on});
-  for (int i = 0; i < 20; ++i) guard.pass(Vec3(1, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS);
+  for (int i = 0; i < 20; ++i) felt(guard, Vec3(1, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS);
   REQUIRE(guard.counts().damped > 0);
-  for (int i = 0; i < 60; ++i) guard.pass(Vec3::Zero(), Vec3::Zero(), kStepS);
-  CHECK(guard.pass(Vec3(0.1, 0, 0), Vec3(-1e-4, 0, 0), kStepS) == Vec3(0.1, 0, 0));
+  for (int i = 0; i < 60; ++i) felt(guard, Vec3::Zero(), Vec3::Zero(), kStepS);
+  CHECK(felt(guard, Vec3(0.1, 0, 0), Vec3(-1e-4, 0, 0), kStepS) == Vec3(0.1, 0, 0));
 }
 
 TEST_CASE("What the limiter did to the force is counted: ticks, largest, root mean square, energy taken out") {
@@ -157,7 +158,7 @@ TEST_CASE("What the limiter did to the force is counted: ticks, largest, root me
   Vec3 added = Vec3::Zero();
   for (int i = 0; i <= 200; ++i) {
     taken -= added.x() * 1e-4;  // the tool moves by 0.1 mm under the force added before
-    added = guard.pass(Vec3(0.5, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS) - Vec3(0.5, 0, 0);
+    added = felt(guard, Vec3(0.5, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS) - Vec3(0.5, 0, 0);
     if (added.norm() == 0) continue;
     ++ticks;
     largest = std::max(largest, added.norm());
@@ -187,7 +188,7 @@ class FreedOnOldPatches {
     past_.push_back(reading);
     past_.pop_front();
     if (ticks_++ % 17 == 0) about_ = past_.front();
-    const Vec3 force = guard.pass(linearised(reading), reading, kStepS);
+    const Vec3 force = felt(guard, linearised(reading), reading, kStepS);
     given_j += 0.5 * (force_ + force).dot(reading - reading_);
     force_ = force;
     reading_ = reading;
@@ -234,7 +235,7 @@ TEST_CASE(
     "A tool that orbits, its force nearly across its way, is stopped from getting more, and one that slides is not dragged") {
   for (const double push_m_s : {0.05, 0.0}) {  // speed along the force, part of 0.5 m/s
     Guard guard({.force_max_n = 8.5, .passivity = PassivityMode::on});
-    for (int i = 0; i <= 20; ++i) guard.pass(Vec3(2, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS);  // a deficit to begin with
+    for (int i = 0; i <= 20; ++i) felt(guard, Vec3(2, 0, 0), Vec3(i * 1e-4, 0, 0), kStepS);  // a deficit to begin with
     const double lowest_j = guard.counts().energy_min_j;
     REQUIRE(lowest_j < -Passivity::kFullJ);
     Vec3 out, force;
@@ -243,7 +244,7 @@ TEST_CASE(
       const double angle = i * 0.01, along = std::asin(push_m_s / 0.5);
       x += 0.5 * kStepS * Vec3(std::cos(angle), std::sin(angle), 0);
       force = 2 * Vec3(-std::sin(angle - along), std::cos(angle - along), 0);
-      out = guard.pass(force, x, kStepS);
+      out = felt(guard, force, x, kStepS);
     }
     if (push_m_s > 0)
       CHECK(guard.counts().energy_min_j > lowest_j - 1e-3);  // the force alone would give 100 mJ
@@ -262,7 +263,7 @@ TEST_CASE("A limiter that has to hold a moving tool back does not shake it on a 
       t_s += dt_s;
       const double x = speed_m_s * (t_s + early_or_late_s * std::sin(2.6 * i * i));  // irregular
       const Vec3 reading = (Vec3(x, 0.2 * x, 0) / 3e-5).array().round() * 3e-5;
-      const Vec3 out = guard.pass(Vec3(1.3, 0, 0), reading, dt_s);
+      const Vec3 out = felt(guard, Vec3(1.3, 0, 0), reading, dt_s);
       if (i > 200) most_n = std::max(most_n, (out - before).norm());
       before = out;
     }

@@ -39,7 +39,7 @@ class Logged final : public Device {
     if (log_.falls) *static_cast<volatile int*>(nullptr) = 1;
     return {Vec3(3e-5 * static_cast<double>(++readings_ % 2), 0, 0), DeviceState::ok};
   }
-  void write(const Vec3& force) noexcept override { put(force.norm()); }
+  void write(const Wrench& wrench) noexcept override { put(wrench.force.norm()); }
   void stop() noexcept override { put(0), ++log_.stops; }
   void halt() noexcept override { put(0), ++log_.halts; }
 

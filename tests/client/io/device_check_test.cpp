@@ -34,7 +34,7 @@ class Yielding final : public Device {
     most_ = std::max(most_, force_.norm());
     return reading;
   }
-  void write(const Vec3& force) noexcept override { force_ = force; }
+  void write(const Wrench& wrench) noexcept override { force_ = wrench.force; }
   void stop() noexcept override { force_ = Vec3::Zero(); }
   double most() const { return most_; }
 
@@ -98,7 +98,7 @@ TEST_CASE("A device that does not get ready says each reason once and is given u
     DeviceReading read(Micros) noexcept override {
       return not_ok(DeviceState::not_ready, ++readings < 5 ? "it is not calibrated" : "hands off");
     }
-    void write(const Vec3&) noexcept override {}
+    void write(const Wrench&) noexcept override {}
     void stop() noexcept override {}
   } device;
   std::vector<std::string> said;
@@ -115,7 +115,7 @@ TEST_CASE("Of a device that stays silent is said every five seconds for how long
     DeviceCaps none;
     const DeviceCaps& caps() const override { return none; }
     DeviceReading read(Micros) noexcept override { return not_ok(DeviceState::not_ready, "it has sent nothing yet"); }
-    void write(const Vec3&) noexcept override {}
+    void write(const Wrench&) noexcept override {}
     void stop() noexcept override {}
   } device;
   Micros now{};

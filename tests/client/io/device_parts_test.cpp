@@ -24,11 +24,11 @@ class Turned final : public Device {
     reading.position =
         Vec3(0.001 * static_cast<double>(tick % 2), 0, tick % 500 == 0 ? std::numeric_limits<double>::quiet_NaN() : 0);
     if (tick % 700 == 0) gate_.refuse("it is too hot, and the reason is long enough for a string to take memory");
-    rendered += exchange_.turn(gate_.pass(reading)).norm();
+    rendered += exchange_.turn(gate_.pass(reading)).force.norm();
     return exchange_.read();
   }
-  void write(const Vec3& force) noexcept override { exchange_.write(force); }
-  void stop() noexcept override { exchange_.write(Vec3::Zero()); }
+  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
+  void stop() noexcept override { exchange_.write({}); }
   void halt() noexcept override { exchange_.halt(); }
   void resume() noexcept override { exchange_.resume(); }
 

@@ -35,7 +35,7 @@ class Watcher final : public palpate::Device {
     if (readings_ == kLast) seen = guard_->end();
     return {Vec3(0, 0, -0.005), readings_ <= kLast ? palpate::DeviceState::ok : palpate::DeviceState::ended};
   }
-  void write(const Vec3&) noexcept override {}
+  void write(const palpate::Wrench&) noexcept override {}
   void stop() noexcept override {}
   void halt() noexcept override {}
 
@@ -63,7 +63,7 @@ class Witness final : public palpate::Device {
     reading.share = share;
     return reading;
   }
-  void write(const Vec3& force) noexcept override { written.push_back(force); }
+  void write(const palpate::Wrench& wrench) noexcept override { written.push_back(wrench.force); }
   void stop() noexcept override { ++stops; }
   void halt() noexcept override {}
 
@@ -188,7 +188,7 @@ TEST_CASE("Every tick can be read while the loop runs, main display and comparis
   const auto take_all = [&] {
     while (loop.recorder().take(tick, row)) {
       seen.push_back(tick.t);
-      CHECK((row[0].force - row[1].force).norm() < 1e-9);
+      CHECK((row[0].wrench.force - row[1].wrench.force).norm() < 1e-9);
     }
   };
   while (seen.size() < 60) {
@@ -217,8 +217,8 @@ TEST_CASE("What is recorded and reported is the share of the force that the hand
   double most_n = 0;
   for (; loop.recorder().take(tick, row); ++k) {
     REQUIRE(k < device.written.size());
-    CHECK(row[0].force == 0.25 * device.written[k]);
-    most_n = std::max(most_n, row[0].force.norm());
+    CHECK(row[0].wrench.force == 0.25 * device.written[k]);
+    most_n = std::max(most_n, row[0].wrench.force.norm());
   }
   CHECK(k == 400);
   CHECK(most_n > 0);

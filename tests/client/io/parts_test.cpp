@@ -66,7 +66,7 @@ TEST_CASE("The recorder and the histograms take more than they have room for wit
   palpate::Histogram<1000> histogram(10);
   RealtimeGuard guard;
   for (int i = 0; i < 1500; ++i) {
-    const palpate::TickRecord tick{Micros{i}, Vec3::Zero(), Vec3::Zero(), Micros{i}, true, false, 0};
+    const palpate::TickRecord tick{Micros{i}, Vec3::Zero(), {}, Micros{i}, true, false, 0};
     if (unread.begin(tick)) unread.end();
     if (recorder.begin(tick)) {
       for (std::size_t d = 0; d < 3; ++d) recorder.set(d, {Vec3(i, static_cast<double>(d), 0), d == 1});
@@ -82,7 +82,7 @@ TEST_CASE("The recorder and the histograms take more than they have room for wit
   for (int i = 0; i < 1000; ++i) {
     REQUIRE(recorder.take(tick, row));
     REQUIRE(tick.t == Micros{i});
-    REQUIRE(row[2].force == Vec3(i, 2, 0));
+    REQUIRE(row[2].wrench.force == Vec3(i, 2, 0));
     REQUIRE(row[1].contact);
   }
   CHECK_FALSE(recorder.take(tick, row));
@@ -105,7 +105,7 @@ TEST_CASE("Rows cross from one thread to the other whole, in order, round the ri
   int wrong = 0;
   for (int i = 0; i < kRows; ++i) {
     while (!recorder.take(tick, row)) std::this_thread::yield();
-    wrong += tick.t != Micros{i} || row[0].force != Vec3::Constant(i) || row[1].force != Vec3::Constant(-i);
+    wrong += tick.t != Micros{i} || row[0].wrench.force != Vec3::Constant(i) || row[1].wrench.force != Vec3::Constant(-i);
   }
   writer.join();
   CHECK(wrong == 0);

@@ -33,9 +33,9 @@ class Puppet final : public Device {
     if (state != DeviceState::ok) reading.reason = "the plug was pulled";
     return reading;
   }
-  void write(const Vec3& force) noexcept override {
+  void write(const Wrench& wrench) noexcept override {
     while (hang_write) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    written.push_back(halted ? Vec3::Zero() : force);
+    written.push_back(halted ? Vec3(Vec3::Zero()) : wrench.force);
     shown = written.back().norm();
     writes = static_cast<int>(written.size());
   }
@@ -150,7 +150,7 @@ TEST_CASE("A loop does not begin with a device without limits", "[realtime]") {
    public:
     const DeviceCaps& caps() const override { return caps_; }
     DeviceReading read(Micros) noexcept override { return {}; }
-    void write(const Vec3&) noexcept override {}
+    void write(const Wrench&) noexcept override {}
     void stop() noexcept override {}
 
    private:

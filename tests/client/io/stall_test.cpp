@@ -31,7 +31,7 @@ class Still final : public Device {
     readings.fetch_add(1);
     return {Vec3(0, 0, -0.005), DeviceState::ok};
   }
-  void write(const Vec3&) noexcept override {}
+  void write(const Wrench&) noexcept override {}
   void stop() noexcept override {}
   std::atomic<int> readings{0};
 

@@ -165,3 +165,28 @@ TEST_CASE("A mapping is found by the device's own name, else by that of its kind
   CHECK(mapping_for(all, "openhaptics")->scale == 2);
   CHECK_FALSE(mapping_for(all, "hid"));
 }
+
+TEST_CASE("A torque reaches the hand turned, and with the share of power that the force has, and its limits are scaled back") {
+  WorkspaceMapping mapping;
+  mapping.scale = 2.5;
+  mapping.force_scale = 0.7;
+  mapping.rotation_deg = Vec3(20, -35, 110);
+  ScriptedDevice device;
+  device.device_caps.renders_torque = true;
+  device.device_caps.force_max_n = 8;
+  device.device_caps.torque_max_nm = 0.3;
+  device.device_caps.torsion_stiffness_max_nm_rad = 1;
+  MappedDevice mapped(device, mapping, {});
+  CHECK(mapped.caps().torque_max_nm == Approx(0.3 * 2.5 / 0.7));
+  CHECK(mapped.caps().torsion_stiffness_max_nm_rad == Approx(2.5 / 0.7));
+  Micros now{};
+  for (int k = 0; k < 1000; ++k) mapped.read(now += kMs);
+  const Vec3 torque(0.1, -0.2, 0.3);
+  mapped.write({Vec3(0, 0, 1), torque});
+  // A rotation by a small angle is the same in both frames but for its axis.
+  const Vec3 angle_d(1e-3, -2e-3, 5e-4), angle_w = mapping.rotation() * angle_d;
+  CHECK(device.turned.dot(angle_d) == Approx(0.7 / 2.5 * torque.dot(angle_w)));
+  mapped.write({Vec3(0, 0, 1), 100 * torque});
+  CHECK(device.turned.norm() == Approx(0.3));
+  CHECK(device.written.norm() == Approx(0.7 * 0.3 / (0.7 / 2.5 * 100 * torque.norm())));  // by the same factor
+}

@@ -19,14 +19,14 @@ class ScriptedDevice final : public Device {
   }
   const DeviceCaps& caps() const override { return device_caps; }
   DeviceReading read(Micros) noexcept override { return reading; }
-  void write(const Vec3& force) noexcept override { written = force; }
-  void stop() noexcept override { written = Vec3::Zero(); }
+  void write(const Wrench& wrench) noexcept override { written = wrench.force, turned = wrench.torque; }
+  void stop() noexcept override { written = turned = Vec3::Zero(); }
   void halt() noexcept override { halted = true; }
   void resume() noexcept override { halted = false; }
 
   DeviceCaps device_caps;
   DeviceReading reading;
-  Vec3 written = Vec3::Zero();
+  Vec3 written = Vec3::Zero(), turned = Vec3::Zero();  ///< force, torque
   bool halted = false;
 };
 

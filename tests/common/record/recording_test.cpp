@@ -62,6 +62,9 @@ TEST_CASE("every item comes back in order, in its numbers' resolution", "[record
       CHECK(touch.states == 16);
       CHECK(touch.horizon == Micros{120'000});
       CHECK(block->ticks[i].force == Vec3(0, 0, 1.5));
+      const bool turned = frame % 3 == 0;
+      CHECK(block->ticks[i].torque == (turned ? Vec3(0.125, 0, 0.5 * frame) : Vec3(Vec3::Zero())));
+      CHECK(block->ticks[i].model_torque == (turned ? Vec3(0.25, 0, 0) : Vec3(Vec3::Zero())));
       CHECK(block->ticks[i].patch_age == Micros{70'000});
       CHECK(block->hand_overs[i].stamp == expected.t - Micros{70'000});
       CHECK(block->hand_overs[i].step_n == 0.125);

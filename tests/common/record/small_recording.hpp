@@ -67,6 +67,10 @@ inline void add_small_frame(RecordingWriter& writer, int k) {
   tick.force = Vec3(0, 0, 1.5);
   tick.patch_age = Micros{70'000};
   tick.has_patch = tick.contact = true;
+  if (k % 3 == 0) {
+    tick.model_torque = Vec3(0.25, 0, 0);
+    tick.torque = Vec3(0.125, 0, 0.5 * k);
+  }
   writer.add(tick);
   writer.add(RecordedTurn{t, 3, Eigen::Quaterniond(std::cos(0.1 * k), std::sin(0.1 * k), 0, 0)});
   writer.add(RecordedButtons{t, 3, static_cast<std::uint32_t>(k % 4)});

@@ -26,8 +26,9 @@ class Handled {
     room_.emplace(scene);
     room_->start(now);
   }
-  FrameResult frame(const std::function<ToolPose(Micros)>& tool, Scheme scheme = Scheme::port) {
+  FrameResult frame(const std::function<ToolPose(Micros)>& tool, Scheme scheme = Scheme::port, bool reset = false) {
     FrameJob job;
+    job.reset = reset;
     job.target = now + kBodyFrame;
     StationJob hand;
     hand.id = kHolder;
@@ -132,6 +133,26 @@ TEST_CASE("A tool's body is let go of as one, and touches again from outside") {
   CHECK(away.force.norm() == 0);
   CHECK(away.torque.norm() == 0);
   CHECK(body.held(pressed).contact);
+}
+
+TEST_CASE("Force and torque of a tool that a reset takes off the body fade together, and so do those of its patches") {
+  Handled body(kBar);
+  const ToolPose tilted{kMiddle - Vec3(0, 0, 0.004), about(Vec3::UnitY(), 0.15)};
+  const StationFrame before = body.held(tilted);
+  REQUIRE(before.torque.norm() > 1e-3);
+  double share_before = 1;
+  for (int k = 0; k < 8; ++k) {
+    const StationFrame frame = body.frame([&](Micros) { return tilted; }, Scheme::port, k == 0).stations.front();
+    REQUIRE(frame.patch);
+    REQUIRE(check(*frame.patch) == PatchFault::none);
+    REQUIRE(frame.patch->turn);
+    const double share = frame.patch->force.norm() / before.force.norm();
+    CHECK((frame.patch->force - share * before.force).norm() < 1e-9);
+    CHECK((frame.patch->torque - share * before.torque).norm() < 1e-9);
+    CHECK(share <= share_before);
+    share_before = share;
+  }
+  CHECK(share_before == 0);
 }
 
 TEST_CASE("A tool turns evenly between its samples, comes to rest after them, and no sample makes it spin faster than a hand") {

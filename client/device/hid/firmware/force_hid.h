@@ -1,4 +1,4 @@
-// The force-device HID profile, version 1, and its reference firmware: the USB protocol of a do-it-yourself haptic device that
+// The force-device HID profile and its reference firmware: the USB protocol of a do-it-yourself haptic device that
 // palpate-client finds, checks and uses without a driver. docs/reference/hid-profile.md describes the whole profile in prose;
 // this file is the only list of its bytes, shared by firmware and host.
 //
@@ -8,14 +8,15 @@
 //
 //     force_hid_init(&core, &limits);                                  // once
 //     on an OUT report:         force_hid_receive(&core, bytes, size, now_us);
-//     every control period:     force_hid_step(&core, &sensors, now_us, force_mn);   // then motors: tau = J^T force_mn
+//     every control period:     force_hid_step(&core, &sensors, now_us, force_mn, torque_unm);   // then motors: tau = J^T of both
 //     on every IN interval:     size = force_hid_input_report(&core, bytes);
 //     on GET_REPORT(feature):   size = force_hid_feature_report(&core, bytes);
 //
 // Calls must not interrupt each other: where receive() runs in an interrupt, mask it during step().
 //
-// step() guarantees, whatever bytes arrived: the force is zero unless the state is ARMED; its norm is at most the peak, and falls
-// to the continuous force as the motors warm (see force_hid_limits); after watchdog_ms without a fresh report it is zero until
+// step() guarantees, whatever bytes arrived: force and torque are zero unless the state is ARMED, the torque also without
+// FORCE_HID_FEATURE_TORQUE; the norm of each is at most its peak, and falls to the continuous one as the motors warm (see
+// force_hid_limits); both are scaled by one factor, which keeps the line of action; after watchdog_ms without a fresh report it is zero until
 // the host has disarmed and armed again.
 #ifndef PALPATE_FORCE_HID_H
 #define PALPATE_FORCE_HID_H
@@ -47,6 +48,7 @@ enum {
   FORCE_HID_COMMAND = 0x20,  // counter of output reports, wraps
   FORCE_HID_FLAGS = 0x21,    // FORCE_HID_FLAG_...
   FORCE_HID_FORCE_X = 0x22,  // [mN]; Y, Z follow
+  FORCE_HID_TORQUE_X = 0x25,  // about the position [uN m]; Y, Z follow; optional
   // feature
   FORCE_HID_MAJOR = 0x30,
   FORCE_HID_MINOR = 0x31,
@@ -63,7 +65,13 @@ enum {
   FORCE_HID_WORKSPACE_MIN_X = 0x3C,  // [nm]; Y, Z follow
   FORCE_HID_WORKSPACE_MAX_X = 0x3F,  // [nm]; Y, Z follow
   FORCE_HID_BUTTON_COUNT = 0x42,
-  FORCE_HID_FEATURES = 0x43  // FORCE_HID_FEATURE_...
+  FORCE_HID_FEATURES = 0x43,  // FORCE_HID_FEATURE_...
+  // with FORCE_HID_FEATURE_TORQUE
+  FORCE_HID_PEAK_TORQUE = 0x44,        // [uN m]
+  FORCE_HID_CONTINUOUS_TORQUE = 0x45,  // [uN m]
+  FORCE_HID_TORQUE_SLEW = 0x46,        // [mN m/s]
+  FORCE_HID_TORSION = 0x47,            // [mN m/rad]
+  FORCE_HID_SPIN = 0x48                // [mrad/s]
 };
 
 // Report ids of the reference descriptor, and report sizes, id included.
@@ -72,12 +80,12 @@ enum {
   FORCE_HID_OUTPUT_ID = 2,
   FORCE_HID_FEATURE_ID = 3,
   FORCE_HID_INPUT_BYTES = 34,
-  FORCE_HID_OUTPUT_BYTES = 16,
-  FORCE_HID_FEATURE_BYTES = 57,
-  FORCE_HID_DESCRIPTOR_BYTES = 336
+  FORCE_HID_OUTPUT_BYTES = 28,
+  FORCE_HID_FEATURE_BYTES = 75,
+  FORCE_HID_DESCRIPTOR_BYTES = 402
 };
 
-enum { FORCE_HID_PEAK_MAX_MN = 100000, FORCE_HID_WATCHDOG_MAX_MS = 100 };
+enum { FORCE_HID_PEAK_MAX_MN = 100000, FORCE_HID_TORQUE_MAX_UNM = 10000000, FORCE_HID_WATCHDOG_MAX_MS = 100 };
 
 enum {
   FORCE_HID_FLAG_ARM = 1,   // render this force; the first report with it after one without arms
@@ -107,13 +115,13 @@ enum {
   FORCE_HID_STATUS_RAMPING = 1024
 };
 
-enum { FORCE_HID_FEATURE_ORIENTATION = 1 };
+enum { FORCE_HID_FEATURE_ORIENTATION = 1, FORCE_HID_FEATURE_TORQUE = 2 };
 
 extern const uint8_t force_hid_descriptor[FORCE_HID_DESCRIPTOR_BYTES];
 
 // Properties of the device, sent in the feature report; force_hid_init() clamps them to their ranges. The warmth of the motors is
 // h' = (|F|^2 - h) / heat_time with h = 0 when cold: the force limit falls linearly from the peak at h = 3/4 continuous^2 to the
-// continuous force at h = continuous^2.
+// continuous force at h = continuous^2. Torque likewise, with a warmth of its own.
 typedef struct {
   uint16_t firmware_version;
   uint16_t rate_hz;
@@ -128,6 +136,12 @@ typedef struct {
   int32_t workspace_min_nm[3], workspace_max_nm[3];
   uint8_t buttons;
   uint8_t features;
+  // with FORCE_HID_FEATURE_TORQUE
+  uint32_t peak_torque_unm;        // 1 to FORCE_HID_TORQUE_MAX_UNM
+  uint32_t continuous_torque_unm;  // 1 to the peak
+  uint32_t torque_slew_mnm_s;
+  uint32_t torsion_mnm_rad;  // 0: not known
+  uint16_t spin_max_mrad_s;
 } force_hid_limits;
 
 // Readings of encoders and switches, once a control period.
@@ -149,9 +163,9 @@ typedef struct {
   uint16_t faults;    // cause of FAULT, kept until it is left
   uint16_t status;
   uint16_t input_sequence, taken_sequence;
-  int32_t command_mn[3];
-  uint32_t gain;    // 0 to 65536
-  uint64_t warmth;  // h in 2^-16 mN^2
+  int32_t command_mn[3], command_unm[3];
+  uint32_t gain;                   // 0 to 65536
+  uint64_t warmth, torque_warmth;  // h in 2^-16 mN^2; in 2^-16 (100 uN m)^2
   uint32_t step_us, taken_us;
 } force_hid_core;
 
@@ -161,8 +175,9 @@ void force_hid_init(force_hid_core* core, const force_hid_limits* limits);
 // than the last one. A rejected report does not reset the watchdog.
 bool force_hid_receive(force_hid_core* core, const uint8_t* report, size_t size, uint32_t now_us);
 
-// Runs one control period: state, watchdog, limits. `force_mn`: the force for the motors to render now.
-void force_hid_step(force_hid_core* core, const force_hid_sensors* sensors, uint32_t now_us, int32_t force_mn[3]);
+// Runs one control period: state, watchdog, limits. `force_mn`, `torque_unm`: for the motors to render now.
+void force_hid_step(force_hid_core* core, const force_hid_sensors* sensors, uint32_t now_us, int32_t force_mn[3],
+                    int32_t torque_unm[3]);
 
 // Writes the report, id first, and returns its size.
 size_t force_hid_input_report(force_hid_core* core, uint8_t report[FORCE_HID_INPUT_BYTES]);

@@ -31,7 +31,9 @@ void wait_for(sem_t& semaphore, Micros time) noexcept {
 bool same_limits(const DeviceCaps& a, const DeviceCaps& b) {
   return a.force_max_n == b.force_max_n && a.force_continuous_n == b.force_continuous_n && a.slew_max_n_s == b.slew_max_n_s &&
          a.stiffness_max_n_m == b.stiffness_max_n_m && a.velocity_max_m_s == b.velocity_max_m_s && a.watchdog == b.watchdog &&
-         a.workspace.isApprox(b.workspace);
+         a.workspace.isApprox(b.workspace) && a.renders_torque == b.renders_torque && a.torque_max_nm == b.torque_max_nm &&
+         a.torque_continuous_nm == b.torque_continuous_nm && a.torque_slew_max_nm_s == b.torque_slew_max_nm_s &&
+         a.torsion_stiffness_max_nm_rad == b.torsion_stiffness_max_nm_rad && a.spin_max_rad_s == b.spin_max_rad_s;
 }
 
 }  // namespace
@@ -72,12 +74,11 @@ DeviceReading HidDevice::read(Micros now) noexcept {
   return reading;
 }
 
-void HidDevice::write(const Vec3& force) noexcept {
-  const bool counts = was_ok_ && force.allFinite();
-  command({counts ? force : Vec3(Vec3::Zero()), was_ok_, true});
+void HidDevice::write(const Wrench& wrench) noexcept {
+  command({was_ok_ ? finite_parts(wrench) : Wrench(), was_ok_, true});
 }
 
-void HidDevice::stop() noexcept { command({Vec3::Zero(), false, false}); }
+void HidDevice::stop() noexcept { command({{}, false, false}); }
 
 void HidDevice::command(const HidCommand& command) noexcept {
   commands_.back() = command;
@@ -166,13 +167,13 @@ void HidDevice::run_writer() noexcept {
       commanded = monotonic_now();
     }
     if (halted_.load(std::memory_order_acquire))
-      send({Vec3::Zero(), false, false});
+      send({{}, false, false});
     else if (fresh)
       send(latest);
     else if (monotonic_now() - commanded > kStale)
-      send({Vec3::Zero(), false, true});
+      send({{}, false, true});
   }
-  send({Vec3::Zero(), false, false});
+  send({{}, false, false});
 }
 
 }  // namespace palpate

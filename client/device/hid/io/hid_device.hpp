@@ -41,8 +41,8 @@ class HidDevice final : public Device {
 
   const DeviceCaps& caps() const override { return caps_; }
   DeviceReading read(Micros now) noexcept override;
-  /// The force counts as zero when it is not finite, and as disarmed while the last read() was not ok.
-  void write(const Vec3& force) noexcept override;
+  /// A part that is not finite counts as zero, and all as disarmed while the last read() was not ok.
+  void write(const Wrench& wrench) noexcept override;
   void stop() noexcept override;
   void halt() noexcept override;
   void resume() noexcept override { halted_.store(false, std::memory_order_release); }

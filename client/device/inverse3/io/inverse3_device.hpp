@@ -42,8 +42,8 @@ class Inverse3Device final : public Device {
   const DeviceCaps& caps() const override { return caps_; }
   ExchangeFigures exchanges() const override { return counter_.figures(); }
   DeviceReading read(Micros) noexcept override { return exchange_.read(); }
-  void write(const Vec3& force) noexcept override { exchange_.write(force); }
-  void stop() noexcept override { exchange_.write(Vec3::Zero()); }
+  void write(const Wrench& wrench) noexcept override { exchange_.write(wrench); }
+  void stop() noexcept override { exchange_.write({}); }
   void halt() noexcept override { exchange_.halt(); }
   void resume() noexcept override { exchange_.resume(); }
 

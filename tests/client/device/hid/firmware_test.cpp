@@ -188,10 +188,10 @@ TEST_CASE("A tool faster than the limit is a fault, one just below it is not", "
 
 TEST_CASE("Whatever bytes come in whatever order, the force is within the peak, and zero unless armed", "[hid]") {
   std::mt19937 random(4);
-  BenchDevice device;
+  BenchDevice device(palpate::test::turning_limits());
   std::uint64_t armed = 0;
   for (int n = 0; n < 200'000; ++n) {
-    std::array<std::uint8_t, 20> report{};
+    std::array<std::uint8_t, 36> report{};
     for (std::uint8_t& byte : report) byte = static_cast<std::uint8_t>(random());
     if (random() % 8 != 0) {
       report[0] = FORCE_HID_OUTPUT_ID;
@@ -205,7 +205,9 @@ TEST_CASE("Whatever bytes come in whatever order, the force is within the peak, 
     if (random() % 32 == 0) device.sensors.position_nm[random() % 3] = static_cast<std::int32_t>(random());
     device.step(random() % 16 == 0 ? static_cast<std::uint32_t>(random()) : 1000);
     REQUIRE(norm(device.force_mn) <= 8500);
+    REQUIRE(norm(device.torque_unm) <= 300'000);
     if (device.core.state != FORCE_HID_STATE_ARMED) REQUIRE(device.force_mn == Force{});
+    if (device.core.state != FORCE_HID_STATE_ARMED) REQUIRE(device.torque_unm == Force{});
     armed += device.core.state == FORCE_HID_STATE_ARMED;
   }
   CHECK(armed > 1000);
@@ -237,4 +239,54 @@ TEST_CASE("Limits out of range are brought into it", "[hid]") {
   CHECK(device.core.limits.peak_mn == 100'000);
   CHECK(device.core.limits.continuous_mn == 100'000);
   CHECK(device.core.limits.watchdog_ms == 1);
+}
+
+TEST_CASE("A torque is rendered to the micronewton metre by a device that has it, and by no other", "[hid]") {
+  BenchDevice turns(palpate::test::turning_limits()), does_not;
+  for (BenchDevice* device : {&turns, &does_not}) {
+    device->arm({100, 0, 0}, {-12'345, 1, 299'999 / 2});
+    CHECK(device->force_mn == Force{100, 0, 0});
+  }
+  CHECK(turns.torque_unm == Force{-12'345, 1, 299'999 / 2});
+  CHECK(does_not.torque_unm == Force{});
+  turns.sensors.faults = FORCE_HID_STATUS_ENCODER;
+  turns.step();
+  CHECK(turns.torque_unm == Force{});
+}
+
+TEST_CASE("Beyond the peak of either, force and torque lose length by one factor", "[hid]") {
+  BenchDevice device(palpate::test::turning_limits());
+  device.arm();
+  const auto largest = std::numeric_limits<std::int32_t>::max(), least = std::numeric_limits<std::int32_t>::min();
+  for (const auto& [force, torque] : {std::pair<Force, Force>{{4000, 0, 0}, {0, 600'000, 0}},
+                                      {{0, -17'000, 0}, {100'000, 0, 100'000}},
+                                      {{largest, largest, least}, {largest, largest, least}},
+                                      {{0, 0, 0}, {0, least, 0}}}) {
+    device.send(kArm, force, torque);
+    device.step();
+    const double share = std::min(norm(force) > 0 ? 8500 / norm(force) : 1, 300'000 / norm(torque));
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(std::abs(device.force_mn[i] - share * force[i]) <= 2);
+      // The length of the force that decides is rounded to a whole number of up to 17,000.
+      CHECK(std::abs(device.torque_unm[i] - share * torque[i]) <= 1 + std::abs(share * torque[i]) / 8500);
+    }
+    CHECK(norm(device.force_mn) <= 8500);
+    CHECK(norm(device.torque_unm) <= 300'000);
+    CHECK((device.core.status & FORCE_HID_STATUS_CLAMPED) != 0);
+  }
+}
+
+TEST_CASE("Peak torque is there for as long as its motors are cool, whatever the force does", "[hid]") {
+  BenchDevice device(palpate::test::turning_limits());
+  device.arm();
+  const double begins_s = -10 * std::log(1 - 0.75 * 50. * 50 / (300. * 300));
+  int whole_ms = 0;
+  for (int ms = 0; ms < 60'000; ++ms) {
+    device.send(kArm, {100, 0, 0}, {0, 300'000, 0});
+    device.step();
+    if (device.torque_unm[1] == 300'000) whole_ms = ms + 1;
+  }
+  CHECK(whole_ms == Approx(1000 * begins_s).margin(1.5));
+  CHECK(device.torque_unm[1] == Approx(50'000).margin(200));
+  CHECK((device.core.status & FORCE_HID_STATUS_WARM) != 0);
 }

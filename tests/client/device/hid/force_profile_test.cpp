@@ -86,7 +86,7 @@ TEST_CASE("Limits that cannot be, a short answer and another version are refused
   BenchTransport cable(device);
   ForceProfile profile;
   cable.feature_bytes = 20;
-  CHECK_THROWS_WITH(profile.begin(cable), Catch::Contains("gave 20 bytes of its feature report; expected 57"));
+  CHECK_THROWS_WITH(profile.begin(cable), Catch::Contains("gave 20 bytes of its feature report; expected 75"));
   cable.feature_bytes = FORCE_HID_FEATURE_BYTES;
   cable.descriptor_bytes.resize(60);
   CHECK_THROWS_AS(profile.begin(cable), palpate::InputError);
@@ -242,4 +242,40 @@ TEST_CASE("Through the profile a simulated Phantom feels what it feels without: 
   CHECK(own <= rounding);
   CHECK(most <= bound);
   CHECK(most > 0);
+}
+
+TEST_CASE("A device that turns has its torque's limits and feels it rounded to the micronewton metre, and none without the feature",
+          "[hid]") {
+  Bench bench(palpate::test::turning_limits());
+  CHECK(bench.caps.renders_torque);
+  CHECK(bench.caps.torque_max_nm == Approx(0.3));
+  CHECK(bench.caps.torque_continuous_nm == Approx(0.05));
+  CHECK(bench.caps.torque_slew_max_nm_s == Approx(75));
+  CHECK(bench.caps.torsion_stiffness_max_nm_rad == Approx(0.8));
+  CHECK(bench.caps.spin_max_rad_s == Approx(30));
+  for (int ms = 0; ms < 4; ++ms) {
+    bench.device.step();
+    bench.read();
+    const palpate::Wrench wrench(Vec3(0, 0, 1), Vec3(0.0123456, -4e-7, 0.1));
+    REQUIRE(bench.profile.send(bench.cable, {wrench, true, true}, Micros{bench.device.now_us}));
+  }
+  bench.device.step();
+  CHECK(bench.device.torque_unm == std::array<std::int32_t, 3>{12'346, 0, 100'000});
+  CHECK_FALSE(Bench().caps.renders_torque);
+  force_hid_limits held = palpate::test::turning_limits();
+  held.features = FORCE_HID_FEATURE_TORQUE;  // a torque without orientation is of no use
+  CHECK_FALSE(Bench(held).caps.renders_torque);
+  force_hid_limits slow = palpate::test::turning_limits();
+  slow.torque_slew_mnm_s = 0;
+  CHECK_THROWS_WITH(Bench(slow), Catch::Contains("change of torque [mN m/s] is 0"));
+}
+
+TEST_CASE("A device of force alone may leave the fields of torque out", "[hid]") {
+  BenchDevice device;
+  BenchTransport cable(device);
+  for (std::size_t i = 0; i + 3 < FORCE_HID_DESCRIPTOR_BYTES; ++i)
+    if (cable.descriptor_bytes[i] == std::byte{0x19} && cable.descriptor_bytes[i + 1] == std::byte{FORCE_HID_TORQUE_X})
+      cable.descriptor_bytes[i + 1] = std::byte{0x80}, cable.descriptor_bytes[i + 3] = std::byte{0x82};
+  ForceProfile profile;
+  CHECK_FALSE(profile.begin(cable).renders_torque);
 }

@@ -98,7 +98,7 @@ TEST_CASE("The page's descriptor is the firmware's", "[hid]") {
 TEST_CASE("The page's example bytes are what the firmware sends and takes", "[hid]") {
   const auto lines = matches(section("Example bytes"), "\\n    ([^\\n]+)");
   REQUIRE(lines.size() == 2);
-  palpate::test::BenchDevice device;
+  palpate::test::BenchDevice device(palpate::test::turning_limits());
   device.sensors = {true, 0, {1, -1, 16'909'060}, {0, 0, -32767, 0x1234}, 0x0005};
   device.now_us = 0x0A0B0C0D - 1000;
   device.core.input_sequence = 0x0201;
@@ -112,5 +112,6 @@ TEST_CASE("The page's example bytes are what the firmware sends and takes", "[hi
   device.send_as(4, 0);
   CHECK(force_hid_receive(&device.core, command.data(), command.size(), device.now_us));
   CHECK(device.step() == std::array<std::int32_t, 3>{100, -200, 1500});
+  CHECK(device.torque_unm == std::array<std::int32_t, 3>{0, 20'000, -1});
   CHECK(device.core.taken_sequence == 5);
 }

@@ -146,7 +146,8 @@ class UhidArm {
     {
       const std::lock_guard lock(mutex_);
       const Millinewtons before = force_;
-      force_hid_step(&core_, &sensors, now_us(), force_.data());
+      Millinewtons torque{};
+      force_hid_step(&core_, &sensors, now_us(), force_.data(), torque.data());
       const bool whole = (core_.status & FORCE_HID_STATUS_RAMPING) == 0;
       if (whole && force_ != before) forces_.push_back(force_);
       event.u.input2.size = static_cast<std::uint16_t>(force_hid_input_report(&core_, event.u.input2.data));

@@ -50,7 +50,7 @@ void StandinArm::begin(const Motion& intention, const SimPhantomOptions& hand) {
   const std::lock_guard lock(mutex_);
   phantom_.emplace(intention, hand);
   reading_ = phantom_->position();
-  command_ = Vec3::Zero();
+  command_ = {};
   log_.clear();
   breaches_.clear();
   fault_ = StandinFault::none;
@@ -153,8 +153,8 @@ void StandinArm::millisecond() {
     turn();
   }
   const std::lock_guard lock(mutex_);
-  phantom_->write(!renders() ? Vec3::Zero() : fault_ == StandinFault::mirrored ? Vec3(-command_) : command_);
-  log_.push_back({phantom_->position(), phantom_->force()});
+  phantom_->write(!renders() ? Wrench() : fault_ == StandinFault::mirrored ? -1 * command_ : command_);
+  log_.push_back({phantom_->position(), phantom_->force(), phantom_->turn(), phantom_->torque()});
   write_log(log_.back());
 }
 
@@ -174,7 +174,7 @@ bool StandinArm::renders() const {
 void StandinArm::write_log(const StandinTick& tick) const {
   if (log_file_ < 0) return;
   std::array<char, 160> line;
-  const auto& [x, f] = tick;
+  const auto& [x, f, turn, torque] = tick;
   const int size = std::snprintf(line.data(), line.size(), "%.3f %.6f %.6f %.6f %.4f %.4f %.4f\n",
                                  1e-3 * static_cast<double>(ticks_ - 1), x.x(), x.y(), x.z(), f.x(), f.y(), f.z());
   if (write(log_file_, line.data(), static_cast<std::size_t>(size)) != size) std::abort();
@@ -194,9 +194,19 @@ Vec3 StandinArm::position() const {
   return position;
 }
 
-void StandinArm::command(const Vec3& force) {
+bool StandinArm::turns() const {
   const std::lock_guard lock(mutex_);
-  command_ = force;
+  return phantom_->caps().renders_torque;
+}
+
+Rotation StandinArm::turn_of_tool() const {
+  const std::lock_guard lock(mutex_);
+  return phantom_->turn();
+}
+
+void StandinArm::command(const Wrench& wrench) {
+  const std::lock_guard lock(mutex_);
+  command_ = wrench;
 }
 
 void StandinArm::breach(const std::string& what) {

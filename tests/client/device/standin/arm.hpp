@@ -40,8 +40,10 @@ class StandinArm : public Standin {
   void wait_while_blocked();
   /// Reading of the tool in frame W, with the effect of faults [m].
   Vec3 position() const;
-  /// Sets the rendered force, unless a fault suppresses it [N, W].
-  void command(const Vec3& force);
+  bool turns() const;  ///< true: it has motors for rotation
+  Rotation turn_of_tool() const;
+  /// Sets the rendered wrench, unless a fault suppresses it [W].
+  void command(const Wrench& wrench);
   void breach(const std::string& what);
 
  private:
@@ -53,7 +55,8 @@ class StandinArm : public Standin {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<SimPhantom> phantom_;
-  Vec3 reading_ = Vec3::Zero(), command_ = Vec3::Zero();
+  Vec3 reading_ = Vec3::Zero();
+  Wrench command_;
   std::vector<StandinTick> log_;
   std::vector<std::string> breaches_;
   std::atomic<StandinFault> fault_{StandinFault::none};

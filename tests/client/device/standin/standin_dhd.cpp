@@ -9,10 +9,11 @@ using palpate::Motion;
 using palpate::Standin;
 using palpate::StandinFault;
 using palpate::Vec3;
+using palpate::Wrench;
 
 namespace {
 
-constexpr int kId = 3, kOmega3 = 33;
+constexpr int kId = 3, kOmega3 = 33, kSigma7 = 104;
 constexpr std::int64_t kStatusForce = 5, kStatusWrist = 8, kStatusCause = 14;
 
 thread_local int last_error = 0;
@@ -50,7 +51,7 @@ class StandinDhd final : public palpate::StandinArm {
     if (const int bad = unusable(id)) return bad;
     forces_ = on;
     since_force_ms_ = cause_ = 0;
-    if (!on) command(Vec3::Zero());
+    if (!on) command({});
     return 0;
   }
   int position(double* x, double* y, double* z, char id) {
@@ -63,11 +64,29 @@ class StandinDhd final : public palpate::StandinArm {
     *z = w.z();
     return 0;
   }
-  int force(double x, double y, double z, char id) {
+  int orientation(double m[3][3], char id) {
+    if (const int bad = unusable(id)) return bad;
+    // Rotated by 30 degrees about D's z axis; columns are the end effector's axes.
+    const double c = 0.8660254037844387, s = 0.5;
+    const double turned[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
+    std::memcpy(m, turned, sizeof turned);
+    if (!turns()) return 0;
+    // Held level, the end effector's x, y, z are the tool's z, x, y.
+    const Eigen::Matrix3d tool = turn_of_tool().toRotationMatrix();
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3 w = tool.col((axis + 2) % 3);
+      m[0][axis] = -w.y();
+      m[1][axis] = w.x();
+      m[2][axis] = w.z();
+    }
+    return 0;
+  }
+  int force(double x, double y, double z, double tx, double ty, double tz, char id) {
     if (const int bad = unusable(id)) return bad;
     if (!forces_) return failed(19);
     since_force_ms_ = 0;
-    command(Vec3(y, -x, z));
+    if (!turns() && (tx != 0 || ty != 0 || tz != 0)) breach("a torque for a device without motors for it");
+    command(Wrench(Vec3(y, -x, z), Vec3(ty, -tx, tz)));
     return fault() == StandinFault::force_limit ? 2 : 0;
   }
   int status(int* out, char id) {
@@ -98,6 +117,7 @@ class StandinDhd final : public palpate::StandinArm {
     calibrate();
     return 0;
   }
+  bool active_wrist() const { return turns(); }
   bool in_use() const override { return open_; }
   bool homed() const { return calibrated(); }
   unsigned int pressed() const { return buttons(); }
@@ -112,7 +132,7 @@ class StandinDhd final : public palpate::StandinArm {
   void force_off(int cause) {
     forces_ = false;
     cause_ = cause;
-    command(Vec3::Zero());
+    command({});
   }
 
   std::atomic<bool> open_{false}, forces_{false}, expert_{false};
@@ -134,23 +154,20 @@ DHD_API int dhdGetDeviceCount() { return 1; }
 DHD_API int dhdOpenID(char index) { return dhd().open(index); }
 DHD_API int dhdClose(char id) { return dhd().close(id); }
 DHD_API int dhdEnableForce(unsigned char on, char id) { return dhd().enable(on != 0, id); }
-DHD_API const char* dhdGetSystemName(char) { return "omega.3 stand-in"; }
-DHD_API int dhdGetSystemType(char) { return kOmega3; }
+DHD_API const char* dhdGetSystemName(char) { return dhd().active_wrist() ? "sigma.7 stand-in" : "omega.3 stand-in"; }
+DHD_API int dhdGetSystemType(char) { return dhd().active_wrist() ? kSigma7 : kOmega3; }
 DHD_API int dhdGetSerialNumber(unsigned short* number, char) {
   *number = 42;
   return 0;
 }
 DHD_API int dhdGetPosition(double* x, double* y, double* z, char id) { return dhd().position(x, y, z, id); }
-DHD_API int dhdGetOrientationFrame(double m[3][3], char) {
-  // Rotated by 30 degrees about D's z axis; columns are the end effector's axes.
-  const double c = 0.8660254037844387, s = 0.5;
-  const double turned[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
-  std::memcpy(m, turned, sizeof turned);
-  return 0;
-}
+DHD_API int dhdGetOrientationFrame(double m[3][3], char id) { return dhd().orientation(m, id); }
+DHD_API bool dhdHasActiveWrist(char) { return dhd().active_wrist(); }
+DHD_API int dhdSetMaxTorque(double, char) { return 0; }
 DHD_API unsigned int dhdGetButtonMask(char) { return dhd().pressed(); }
-DHD_API int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double, double, double, double, char id) {
-  return dhd().force(x, y, z, id);
+DHD_API int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double tx, double ty, double tz, double,
+                                               char id) {
+  return dhd().force(x, y, z, tx, ty, tz, id);
 }
 DHD_API int dhdSetGravityCompensation(int on, char) { return dhd().gravity(on); }
 DHD_API int dhdSetMaxForce(double, char) { return 0; }

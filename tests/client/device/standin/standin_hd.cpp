@@ -8,6 +8,7 @@ using palpate::Motion;
 using palpate::Standin;
 using palpate::StandinFault;
 using palpate::Vec3;
+using palpate::Wrench;
 
 namespace {
 
@@ -59,7 +60,9 @@ class StandinHd final : public palpate::StandinArm {
     }
     in_frame_ = false;
     if (fault() == StandinFault::force_limit) error(0x201);
-    command(forces_ ? Vec3(set_[0], -set_[2], set_[1]) : Vec3::Zero());  // frame D to W
+    // frame D to W; torques in thousandths
+    const Vec3 force(set_[0], -set_[2], set_[1]), torque = 1e-3 * Vec3(torque_[0], -torque_[2], torque_[1]);
+    command(forces_ ? Wrench(force, torque) : Wrench());
   }
   bool allowed(HDenum parameter) {
     const unsigned int group = parameter & kMask;
@@ -77,7 +80,16 @@ class StandinHd final : public palpate::StandinArm {
     const double d[3] = {w.x(), w.z(), -w.y()};
     // The stylus is rotated by 30 degrees about D's y axis; columns of the matrix are its axes.
     const double c = 0.8660254037844387, s = 0.5;
-    const double transform[16] = {c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, d[0], d[1], d[2], 1};
+    double transform[16] = {c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, d[0], d[1], d[2], 1};
+    const bool turning = turns();
+    if (turning) {
+      const Eigen::Matrix3d tool = turn_of_tool().toRotationMatrix();
+      for (int axis = 0; axis < 3; ++axis) {
+        transform[4 * axis] = tool(0, axis);
+        transform[4 * axis + 1] = tool(2, axis);
+        transform[4 * axis + 2] = -tool(1, axis);
+      }
+    }
     switch (parameter) {
       case 0x2050:
         std::memcpy(out, d, sizeof d);
@@ -99,6 +111,12 @@ class StandinHd final : public palpate::StandinArm {
       case 0x2604:
         *out = 1.4;
         break;
+      case 0x2620:
+        return turning ? void(*out = 800) : error(0x100);
+      case 0x2622:
+        return turning ? void(*out = 300) : error(0x100);
+      case 0x2623:
+        return turning ? void(*out = 50) : error(0x100);
       default:
         error(0x100);
     }
@@ -112,6 +130,9 @@ class StandinHd final : public palpate::StandinArm {
       case 0x2553:
         *out = 6;
         break;
+      case 0x2554:
+        *out = turns() ? 6 : 3;
+        break;
       case 0x2555:
         *out = 4;
         break;
@@ -121,8 +142,9 @@ class StandinHd final : public palpate::StandinArm {
   }
   void set_doubles(HDenum parameter, const double* in) {
     if (!allowed(parameter)) return;
-    if (parameter != 0x2700) return error(0x100);
-    std::memcpy(set_, in, sizeof set_);
+    const bool torque = parameter == 0x2701 && turns() && fault() != StandinFault::no_torque;
+    if (parameter != 0x2700 && !torque) return error(0x100);
+    std::memcpy(torque ? torque_ : set_, in, sizeof set_);
   }
   bool in_use() const override { return open_; }
   void force_output(bool on) { forces_ = on; }
@@ -182,7 +204,7 @@ class StandinHd final : public palpate::StandinArm {
   std::atomic<bool> open_{false};
   bool scheduler_ = false, in_frame_ = false, frame_used_ = false;
   std::atomic<bool> forces_{false}, updated_{true};
-  double set_[3] = {0, 0, 0};
+  double set_[3] = {0, 0, 0}, torque_[3] = {0, 0, 0};
   Servo servo_ = nullptr;
   void* data_ = nullptr;
   std::mutex errors_mutex_;
