@@ -7,6 +7,15 @@
 #include "server/dynamics/needle_ports.hpp"
 
 namespace palpate {
+namespace {
+
+double longest(const std::vector<Vec3>& vectors) {
+  double most = 0;
+  for (const Vec3& v : vectors) most = std::max(most, v.norm());
+  return most;
+}
+
+}  // namespace
 
 bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state,
                              std::vector<ToolPort>& ports, AdvanceReport& report) {
@@ -91,6 +100,7 @@ void Integrator::place(const Stage& stage, BodyState& state) const {
 bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
                         AdvanceReport& report) {
   constexpr double kOvershoot = 0.5, kLeastShare = 0.1;
+  constexpr double kSlipShare = 0.1;  // a contact slides on once its slip is known so well; what was wrong follows in the next slide
   const double a = stage.a;
   place(stage, state);
   const bool contact =
@@ -136,14 +146,15 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     // What is still to come when moves shrink by the factor seen last: the sum of a geometric series.
     const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;
-    if (left < options_.tolerance_m) {
-      if (slides < kSlidesMax && slide_on(slips, state, ports)) {
-        ++slides;
-        since_slide = 0;
-        last_move = 0;
-        normals = normals_of(ports, state.x);
-        continue;
-      }
+    const bool converged = left < options_.tolerance_m;
+    if (slides < kSlidesMax && (converged || left < kSlipShare * longest(slips)) && slide_on(slips, state, ports)) {
+      ++slides;
+      since_slide = 0;
+      last_move = 0;
+      normals = normals_of(ports, state.x);
+      continue;
+    }
+    if (converged) {
       finish_contacts(tool_points, slips, state, ports);
       return true;
     }
