@@ -9,7 +9,7 @@
 #include <map>
 #include <utility>
 
-#include "bench/measure/task_attempts.hpp"
+#include "common/assessment/task_attempts.hpp"
 #include "common/base/error.hpp"
 #include "common/io/record_file.hpp"
 #include "common/wire/codec.hpp"
@@ -73,6 +73,9 @@ class Exporter {
                   t_s(swap.stamp), swap.step_n);
     for (const RecordedPacket& packet : block.packets) add(packet);
     for (const RecordedLink& link : block.links) add(link);
+    for (const RecordedNote& note : block.notes)
+      tables_.row("notes.csv", "t_s,written_s,author,text", "{:.6f},{:.6f},\"{}\",\"{}\"", t_s(note.about), t_s(note.t),
+                  in_table(note.author), in_table(note.text));
     for (const RecordedTurn& turn : block.turns) add(turn);
     for (const RecordedButtons& change : block.buttons) add(change);
   }

@@ -8,10 +8,10 @@
 #include "bench/lab/flags.hpp"
 #include "bench/lab/page.hpp"
 #include "bench/lab/session_csv.hpp"
-#include "bench/measure/session_metrics.hpp"
-#include "bench/measure/task_attempts.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
+#include "common/assessment/session_metrics.hpp"
+#include "common/assessment/task_attempts.hpp"
 #include "common/io/mapped_file.hpp"
 #include "session_page.hpp"
 
@@ -20,22 +20,13 @@ namespace {
 
 struct SessionSummaryFlags {
   std::string recording, out;
-  double over_n = 2;
+  double over_n = kOverN;
 };
 
 Json figures_of(const SessionMetrics& m) {
-  Json json{{"duration_s", m.duration_s},
-          {"contact_s", m.contact_s},
-          {"contacts", m.contacts},
-          {"force_peak_n", m.force_peak_n},
-          {"force_mean_n", m.force_mean_n},
-          {"over_s", m.over_s},
-          {"overs", m.overs},
-          {"path_m", m.path_m},
-          {"speed_mean_m_s", m.speed_mean_m_s},
-          {"smoothness_sparc", m.sparc}};
-  if (m.torque_peak_nm > 0) json["torque_peak_nm"] = m.torque_peak_nm;
-  return json;
+  Json figures;
+  each_figure(m, [&](const char* name, const auto& value) { figures[name] = value; });
+  return figures;
 }
 
 void write_path(const std::filesystem::path& file, const SessionHand& hand) {
@@ -137,6 +128,14 @@ void report_guidance(const SessionGuidance& hold, Json& summary, Json& page) {
              hold.guide, hold.guided, hold.from_s, lasted_s, hold.guide_force_n, hold.guided_force_n);
 }
 
+void report_note(const SessionNote& note, Json& summary, Json& page) {
+  summary["notes"].push_back({{"t_s", note.t_s}, {"written_s", note.written_s}, {"author", note.author}, {"text", note.text}});
+  page["notes"].push_back({{"t", fmt::format("{:.1f}", note.t_s)},
+                           {"author", note.author},
+                           {"text", note.text.empty() ? "a mark without words" : note.text}});
+  fmt::print("{:.1f} s, {}: {}\n", note.t_s, note.author, note.text.empty() ? "(a mark)" : note.text);
+}
+
 Json figures_of(const TaskAttempt& a) {
   const TaskProgress& p = a.progress;
   return {{"attempt", a.number}, {"begin_s", a.begin_s},         {"score", p.score},        {"done", p.done},
@@ -183,6 +182,8 @@ int run_summary(const SessionSummaryFlags& flags) {
   summary["missing_s"] = seconds(loss.time);
   summary["stations"] = Json::object();
   for (const SessionGuidance& hold : session.guidances) report_guidance(hold, summary, page);
+  if (!session.notes.empty()) page["noted"] = 1;
+  for (const SessionNote& note : session.notes) report_note(note, summary, page);
   for (const SessionHand& hand : session.hands) {
     const auto folder = out / folders.of(hand.name);
     const SessionMetrics m = session_metrics(hand, flags.over_n);

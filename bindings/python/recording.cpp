@@ -2,10 +2,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "bench/measure/session.hpp"
-#include "bench/measure/session_metrics.hpp"
 #include "bindings/python/arrays.hpp"
 #include "bindings/python/module.hpp"
+#include "common/assessment/session.hpp"
+#include "common/assessment/session_metrics.hpp"
 #include "common/io/mapped_file.hpp"
 
 namespace palpate::python {
@@ -107,10 +107,11 @@ void add_recording(py::module_& module) {
       .def_property_readonly("forces", series(&SessionHand::forces, &SessionForce::force), "Forces on the tool, (m, 3) [N].")
       .def_property_readonly("contact", series(&SessionHand::forces, &SessionForce::contact), "Contact at these times, (m,).");
 
-  hand.def("metrics", &metrics_of, py::arg("threshold_n") = 3.0,
-           "Figures of training assessments (bench/measure/session_metrics.hpp): duration_s, contact_s, contacts, force_peak_n,\n"
-           "force_mean_n, over_s and overs (above threshold_n), path_m, speed_mean_m_s, and sparc, the smoothness. Raises "
-           "InputError.");
+  hand.def(
+      "metrics", &metrics_of, py::arg("threshold_n") = 3.0,
+      "Figures of training assessments (common/assessment/session_metrics.hpp): duration_s, contact_s, contacts, force_peak_n,\n"
+      "force_mean_n, over_s and overs (above threshold_n), path_m, speed_mean_m_s, and sparc, the smoothness. Raises "
+      "InputError.");
 
   py::class_<Recording, Held>(
       module, "Recording",
@@ -138,6 +139,15 @@ void add_recording(py::module_& module) {
           "Why it is incomplete, in words; empty when it is complete.")
       .def_property_readonly(
           "blocks_lost", [](Recording& r) { return r.session().blocks_lost; }, "Damaged blocks, whose content is unknown.")
+      .def_property_readonly(
+          "notes",
+          [](Recording& r) {
+            py::list notes;
+            for (const SessionNote& note : r.session().notes)
+              notes.append(py::dict(py::arg("t_s") = note.t_s, py::arg("author") = note.author, py::arg("text") = note.text));
+            return notes;
+          },
+          "Notes of people, each a dict: t_s, the moment that it is about [s], author, and text, empty for a mark alone.")
       .def_property_readonly(
           "resets_s", [](Recording& r) { return r.session().resets_s; }, "Times of resets of the body [s].")
       .def_property_readonly("hands", &hands_of, "The hands, in the order in which they first moved.")

@@ -74,6 +74,7 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   const Micros offset = clock().offset();
   switch (receive(bytes, message, now)) {
     case Event::none:
+    case Event::denied:
       return;
     case Event::joined:
       forget_server();

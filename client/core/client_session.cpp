@@ -118,7 +118,7 @@ ClientSession::Event ClientSession::receive_refuse(const Message& message, const
       join_again(now);
     else
       ++counts_.stale;
-    return ends ? Event::ended : Event::none;
+    return ends ? Event::ended : ours ? Event::denied : Event::none;
   }
   if (unknown || message.station != 0) {
     ++counts_.stale;

@@ -68,7 +68,8 @@ class ClientSession {
     joined,   ///< a new session began
     resumed,  ///< the previous session continues after a silence
     ended,    ///< the server ended the session or fell silent: the client is joining again
-    message   ///< a datagram of the session
+    message,  ///< a datagram of the session
+    denied    ///< `message` is the refusal of a request of this session, which continues
   };
 
   ClientSession(Hello hello, Micros now);

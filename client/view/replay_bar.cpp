@@ -30,6 +30,22 @@ void draw_course(const Pen& pen, const ReplayBar& bar, const ReplayState& state,
   }
 }
 
+/// Draws a mark at each moment of a note, and the newest note for some seconds after its moment.
+void draw_notes(const Pen& pen, const ReplayBar& bar, const ReplayState& state, double span_s) {
+  constexpr Micros kShown{6'000'000};
+  const RecordedNote* newest = nullptr;
+  for (const RecordedNote& note : state.notes) {
+    const double share = std::clamp(seconds(note.about - state.begin) / span_s, 0.0, 1.0);
+    const float x = bar.left + static_cast<float>(share) * (bar.right - bar.left), half = 4 * pen.scale;
+    pen.list.AddTriangleFilled({x - half, bar.bottom + 8 * pen.scale}, {x + half, bar.bottom + 8 * pen.scale},
+                               {x, bar.bottom + pen.scale}, packed(pen.theme.ink));
+    if (note.about <= state.at && state.at - note.about < kShown) newest = &note;
+  }
+  if (newest == nullptr) return;
+  const std::string words = newest->author + ": " + (newest->text.empty() ? "a mark" : newest->text);
+  pen.text(bar.left, bar.top - 26 * pen.scale, 15, pen.theme.ink, words);
+}
+
 /// Returns for example "1:02.3", rounded down so that a moment never appears later than it is.
 std::string clock_words(Micros t) {
   const auto tenths = t / Micros{100'000};
@@ -65,6 +81,7 @@ void draw_replay_bar(const Pen& pen, const ReplayState& state) {
            clock_words(state.at - state.begin) + " of " + clock_words(state.end - state.begin));
   pen.list.AddRectFilled({bar.left, bar.top}, {bar.right, bar.bottom}, packed(pen.theme.background_bottom, 0.72F), round);
   draw_course(pen, bar, state, x);
+  draw_notes(pen, bar, state, span_s);
   pen.list.AddRect({bar.left, bar.top}, {bar.right, bar.bottom}, packed(pen.theme.ink_soft, 0.35F), round, 0, pen.scale);
   pen.list.AddLine({x, bar.top - 3 * pen.scale}, {x, bar.bottom + 3 * pen.scale}, packed(pen.theme.ink), 2 * pen.scale);
   pen.list.AddCircleFilled({x, bar.top - 3 * pen.scale}, 4 * pen.scale, packed(pen.theme.ink), 20);

@@ -1,10 +1,11 @@
-// The bar under a played recording: play or pause, time, the forces of the whole recording with the moment shown, speed.
+// The bar under a played recording: play or pause, time, the forces of the whole recording with the moment shown and those of
+// notes, the newest note, speed.
 #pragma once
 
 #include <optional>
 #include <vector>
 
-#include "common/base/types.hpp"
+#include "common/record/recording.hpp"
 
 namespace palpate {
 
@@ -14,7 +15,8 @@ struct ReplayState {
   Micros begin{}, end{}, at{};
   double speed = 1;
   bool playing = false;
-  std::vector<float> course;  ///< curve along the time, in equal parts, each from 0 to 1
+  std::vector<float> course = {};        ///< curve along the time, in equal parts, each from 0 to 1
+  std::vector<RecordedNote> notes = {};  ///< by their moments
 };
 
 /// Layout in pixels from the top left.

@@ -72,7 +72,10 @@ RecordedScene::RecordedScene(const RecordingReader& recording, const std::string
     sort_by_time(hand.buttons);
     sort_by_time(hand.guidances);
   }
+  sort_stably(notes_.begin(), notes_.end(), [](const RecordedNote& a, const RecordedNote& b) { return a.about < b.about; });
+  std::sort(resets_.begin(), resets_.end());
   make_course();
+  make_task();
 }
 
 void RecordedScene::take(const RecordedBlock& block, std::size_t k) {
@@ -90,10 +93,12 @@ void RecordedScene::take(const RecordedBlock& block, std::size_t k) {
   for (const RecordedTurn& turn : block.turns) hands_[turn.station].turns.push_back(turn);
   for (const RecordedButtons& change : block.buttons) hands_[change.station].buttons.push_back(change);
   for (const RecordedGuidance& hold : block.guidances) hands_[hold.guide].guidances.push_back(hold);
+  notes_.insert(notes_.end(), block.notes.begin(), block.notes.end());
 }
 
 void RecordedScene::take_events(const RecordedBlock& block) {
   for (const RecordedEvent& event : block.events) {
+    if (event.kind == RecordedEventKind::reset) resets_.push_back(event.t);
     const bool goes = event.kind == RecordedEventKind::left || event.kind == RecordedEventKind::silent;
     if (event.station == 0 || (!goes && event.kind != RecordedEventKind::joined)) continue;
     Hand& hand = hands_[event.station];
@@ -131,6 +136,44 @@ void RecordedScene::make_course() {
       for (std::size_t part = first; part < std::max(first + 1, next); ++part)
         course_[part] = std::max(course_[part], static_cast<float>(touch.force.norm()) / force_max_n_);
     }
+}
+
+void RecordedScene::make_task() {
+  if (!recording_.head().task) return;
+  TaskWatch watch;
+  watch.take(*recording_.head().task);
+  for (std::size_t from = 0; from <= frames_.size(); from += kTaskFrames) {
+    tasks_.push_back(watch);
+    watch_frames(from, std::min(from + kTaskFrames, frames_.size()), watch);
+  }
+}
+
+/// Shows the watch the tools of these frames, with the buttons that were down at any time since the frame before.
+void RecordedScene::watch_frames(std::size_t from, std::size_t to, TaskWatch& watch) const {
+  for (std::size_t i = from; i < to; ++i) {
+    const Micros t = frames_[i].t, before = i > 0 ? frames_[i - 1].t : Micros::min();
+    const auto resets = std::upper_bound(resets_.begin(), resets_.end(), t) - resets_.begin();
+    watch.take_resets(static_cast<std::uint16_t>(resets));
+    Tools tools{0, t, 0, {}};
+    for (const auto& [id, hand] : hands_) {
+      const auto touch = last_until(hand.touches, t);
+      if (touch == hand.touches.end() || touch->t != t || hand.role == RecordedRole::shadow) continue;
+      ToolView tool{recording_.name_of(id), touch->tool, touch->force, touch->contact};
+      if (const auto change = last_until(hand.buttons, before); change != hand.buttons.end()) tool.buttons = change->pressed;
+      for (const RecordedButtons& change : within(hand.buttons, before, t)) tool.buttons |= change.pressed;
+      tools.tools.push_back(std::move(tool));
+    }
+    watch.take(tools);
+  }
+}
+
+TaskWatch RecordedScene::task_at(Micros t) const {
+  if (tasks_.empty()) return {};
+  const auto after = std::upper_bound(frames_.begin(), frames_.end(), t, [](Micros at, const Frame& f) { return at < f.t; });
+  const auto frames = static_cast<std::size_t>(after - frames_.begin());
+  TaskWatch watch = tasks_[frames / kTaskFrames];
+  watch_frames(frames - frames % kTaskFrames, frames, watch);
+  return watch;
 }
 
 std::vector<std::string> RecordedScene::hands() const {

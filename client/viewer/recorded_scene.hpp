@@ -19,6 +19,7 @@ namespace palpate {
 class RecordedScene {
  public:
   static constexpr std::size_t kCourseParts = 400;
+  static constexpr std::size_t kTaskFrames = 100;  ///< frames between two moments at which the task's progress is kept
 
   /// `recording` outlives it; `name` stands for the file in errors. Throws InputError when there is no body to draw: a station's
   /// recording, a body without triangles, a recording without shapes.
@@ -38,6 +39,10 @@ class RecordedScene {
   ViewMoment at(Micros t);
   /// Returns links, schemes and costs as of t, over the last second of frames; losses over the last ten.
   RoomView room_at(Micros t) const;
+  /// Returns the training task and the progress of every hand in the attempt of moment t, by the frames up to then.
+  TaskWatch task_at(Micros t) const;
+  /// Notes, by the moments that they are about.
+  const std::vector<RecordedNote>& notes() const { return notes_; }
   /// Fills the plots as they would be after watching up to t.
   void plot(Micros t, History& forces, History& patch_ages) const;
 
@@ -73,6 +78,8 @@ class RecordedScene {
   static void hold_at(const Hand& hand, Micros t, ToolView& tool);
   void note_displacement(const RecordedShape& shape);
   void make_course();
+  void make_task();
+  void watch_frames(std::size_t from, std::size_t to, TaskWatch& watch) const;
   const std::vector<Vec3>& positions(std::size_t shape);
   void shape_at(Micros t, Shape& shape);
   std::vector<ToolView> tools_at(Micros t) const;
@@ -85,6 +92,9 @@ class RecordedScene {
   std::vector<Frame> frames_;
   std::map<StationId, Hand> hands_;
   std::vector<float> course_;
+  std::vector<RecordedNote> notes_;
+  std::vector<Micros> resets_;
+  std::vector<TaskWatch> tasks_;               ///< before frames 0, kTaskFrames, ...; empty without a task
   std::map<std::size_t, RecordedBlock> read_;  ///< blocks of the shapes around the moment shown last
   Micros period_{50'000}, shape_period_{100'000};
   std::size_t damaged_ = 0;

@@ -7,7 +7,7 @@ namespace palpate {
 void TaskWatch::take(const Task& task) {
   if (task_ && *task_ == task) return;
   attempts_.clear();
-  task_ = std::make_unique<const Task>(task);
+  task_ = std::make_shared<const Task>(task);
 }
 
 void TaskWatch::take(const Tools& tools) {

@@ -44,7 +44,7 @@ class TaskWatch {
     TaskScorer scorer;
     double force_n = 0;
   };
-  std::unique_ptr<const Task> task_;  ///< stays in place for the scorers
+  std::shared_ptr<const Task> task_;  ///< stays in place for the scorers, of copies too
   std::map<std::string, Attempt> attempts_;
   std::optional<std::uint16_t> resets_;
 };

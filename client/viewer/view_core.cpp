@@ -7,6 +7,7 @@ namespace palpate {
 namespace {
 
 constexpr Micros kSecond{1'000'000};
+constexpr char kSessionEnded[] = "the connection to the server ended before it was recorded";
 
 Hello hello_of(std::string station, std::string room, bool alike) {
   Hello hello;
@@ -23,7 +24,8 @@ ViewCore::ViewCore(std::string station, Micros now, std::string room, bool alike
     : ClientSession(hello_of(std::move(station), std::move(room), alike), now) {}
 
 void ViewCore::tick(Micros now) {
-  advance(now);
+  if (advance(now) == Event::ended)
+    while (!notes_.empty()) end_note(kSessionEnded);
   if (!joined()) return;
   if (!mesh_.complete() && now >= next_mesh_) ask_for_mesh(now);
   if (now >= next_state_) {
@@ -39,7 +41,8 @@ void ViewCore::tick(Micros now) {
 Micros ViewCore::deadline() const {
   const Micros at = ClientSession::deadline();
   if (!joined()) return at;
-  const Micros alive_at = std::min({at, next_beat_, next_state_});
+  Micros alive_at = std::min({at, next_beat_, next_state_});
+  if (!notes_.empty()) alive_at = std::min(alive_at, next_note_);
   return mesh_.complete() ? alive_at : std::min(alive_at, next_mesh_);
 }
 
@@ -54,11 +57,19 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   Message message;
   const Event event = receive(bytes, message, now);
   if (event == Event::joined || event == Event::resumed) return begin(event == Event::joined, now);
+  if (event == Event::ended)
+    while (!notes_.empty()) end_note(kSessionEnded);
+  const auto* const refusal = event == Event::denied ? std::get_if<Refuse>(&message.body) : nullptr;
+  if (refusal && !notes_.empty() && note_since_ != Micros{} && message.clock.echo >= note_since_) end_note(refusal->message);
   if (event != Event::message) return;
+  if (const auto* rooms = std::get_if<RoomList>(&message.body)) rooms_ = *rooms;
   if (const auto* piece = std::get_if<MeshPiece>(&message.body)) take_mesh(*piece, now);
   if (const auto* room = std::get_if<RoomView>(&message.body)) room_ = *room;
   if (const auto* task = std::get_if<Task>(&message.body)) task_.take(*task);
-  if (const auto* beat = std::get_if<Beat>(&message.body)) task_.take_resets(beat->resets);
+  if (const auto* beat = std::get_if<Beat>(&message.body)) {
+    task_.take_resets(beat->resets);
+    hear_notes(beat->notes, now);
+  }
   const auto* const piece = std::get_if<ShapePiece>(&message.body);
   // Without the mesh a shape is meaningless: it counts as lost, and its contents are sent again.
   if (piece && !mesh_.complete()) return;
@@ -69,6 +80,26 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   take_shape(*tools, now);
   task_.take(*tools);
   playback_.add(*tools, now);
+}
+
+bool ViewCore::write_note(Note note) {
+  if (!joined() || notes_.size() >= kNotesMost) return false;
+  notes_.push_back(std::move(note));
+  return true;
+}
+
+void ViewCore::hear_notes(std::uint32_t recorded, Micros now) {
+  if (recorded <= noted_) return;
+  noted_ = recorded;
+  next_note_ = now;
+  if (!notes_.empty() && note_since_ != Micros{}) end_note("");
+}
+
+/// Ends the first note.
+void ViewCore::end_note(const std::string& refusal) {
+  note_outcomes_.push_back({std::move(notes_.front()), refusal});
+  notes_.pop_front();
+  note_since_ = next_note_ = Micros{};
 }
 
 /// Notes that a datagram arrived, to report it to the server.
@@ -108,6 +139,7 @@ void ViewCore::begin(bool anew, Micros now) {
   if (anew) {
     heard_any_ = false;
     task_.clear();
+    noted_ = 0;
   }
   state_due_ = false;
   next_state_ = Micros::max();
@@ -147,6 +179,12 @@ std::size_t ViewCore::emit(std::span<std::byte> out, Micros now) {
   if (!joined()) return 0;
   if (std::exchange(beat_due_, false)) return say(Beat{}, out, now);
   if (std::exchange(state_due_, false)) return say_state(out, now);
+  if (!notes_.empty() && now >= next_note_) {
+    next_note_ = now + kNoteEvery;
+    if (note_since_ == Micros{}) note_since_ = now;
+    notes_.front().number = noted_ + 1;
+    return say(notes_.front(), out, now);
+  }
   if (asking_.empty()) return 0;
   const MeshRequest request{asking_.front()};
   asking_.pop_front();

@@ -9,6 +9,8 @@
 #include <deque>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/core/client_session.hpp"
 #include "client/viewer/mesh_assembly.hpp"
@@ -17,6 +19,12 @@
 #include "client/viewer/task_watch.hpp"
 
 namespace palpate {
+
+/// A note of this viewer that was recorded or refused.
+struct NoteOutcome {
+  Note note;
+  std::string refusal;  ///< reason; empty: it was recorded
+};
 
 /// The contents of a picture.
 struct ViewMoment {
@@ -31,6 +39,8 @@ class ViewCore : public ClientSession {
   static constexpr Micros kSilentAfter{500'000};  ///< ten frames at 20 Hz: older reports are out of date
   static constexpr Micros kMeshRetry{150'000}, kStateEvery{50'000};
   static constexpr std::size_t kMeshWindow = 16;  ///< pieces requested at a time
+  static constexpr std::size_t kNotesMost = 16;   ///< notes that wait at most
+  static constexpr Micros kNoteEvery{150'000};    ///< interval at which a note is repeated
 
   /// `alike`: the server may assign a similar name when `station` is in use.
   ViewCore(std::string station, Micros now, std::string room = {}, bool alike = false);
@@ -46,6 +56,13 @@ class ViewCore : public ClientSession {
   void show_channel(ShapeChannel channel);
   /// Limits the data rate of shapes [kbit/s], 0 = the server's default.
   void limit(std::uint16_t kbit_s) { kbit_s_ = kbit_s; }
+
+  /// Sends a note to the server; its `number` is assigned. Only when joined; returns false when kNotesMost are waiting.
+  bool write_note(Note note);
+  /// Returns what became of notes since the last call, in order. The end of a session refuses those that waited.
+  std::vector<NoteOutcome> take_note_outcomes() { return std::exchange(note_outcomes_, {}); }
+  /// The server's rooms that this viewer may join; empty when there is one alone, or they are not known yet.
+  const RoomList& rooms() const { return rooms_; }
 
   /// True when the mesh and at least one shape have arrived: there is something to draw.
   bool ready() const { return mesh_.complete() && !playback_.empty(); }
@@ -81,6 +98,8 @@ class ViewCore : public ClientSession {
   void note(std::uint32_t seq, Micros now);
   void ask_for_mesh(Micros now);
   std::size_t say_state(std::span<std::byte> out, Micros now);
+  void hear_notes(std::uint32_t recorded, Micros now);
+  void end_note(const std::string& refusal);
 
   std::uint64_t mesh_version_ = 0;
   Micros next_beat_{}, next_mesh_{};
@@ -100,6 +119,12 @@ class ViewCore : public ClientSession {
   Micros next_state_ = Micros::max();
   ShapeChannel channel_ = ShapeChannel::position;
   std::uint16_t kbit_s_ = 0;
+  RoomList rooms_;
+  std::deque<Note> notes_;   ///< those that wait; the first is being sent
+  std::uint32_t noted_ = 0;  ///< number of notes of this session that were recorded
+  Micros note_since_{};      ///< first time at which the first was sent; 0: not yet
+  Micros next_note_{};       ///< time at which it is sent again
+  std::vector<NoteOutcome> note_outcomes_;
 };
 
 }  // namespace palpate

@@ -96,6 +96,15 @@ json task_json(const TaskWatch& watch) {
   return j;
 }
 
+/// Reads {"t": 1.5, "author": "Weber", "text": "too deep"}; kind none for another value.
+PageRequest read_note(const json& value) {
+  if (!value.is_object() || value.size() != 3) return {};
+  const auto t = value.find("t"), author = value.find("author"), text = value.find("text");
+  if (t == value.end() || author == value.end() || text == value.end()) return {};
+  if (!t->is_number() || !std::isfinite(t->get<double>()) || !author->is_string() || !text->is_string()) return {};
+  return {PageRequest::Kind::note, t->get<double>(), text->get<std::string>(), author->get<std::string>()};
+}
+
 /// Returns the text, with a replacement for bytes that are no UTF-8: names come from the network and from files.
 std::string text_of(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
 
@@ -158,8 +167,23 @@ std::string room_message(const PageState& state) {
     j["asleep"] = state.room->asleep;
     j["starved"] = state.room->starved;
   }
+  if (state.rooms != nullptr && !state.rooms->names.empty()) {
+    j["rooms"] = state.rooms->names;
+    j["here"] = state.rooms->here;
+  }
   if (state.task != nullptr && state.task->task() != nullptr) j["task"] = task_json(*state.task);
   return text_of(j);
+}
+
+std::string notes_message(std::span<const PageNote> notes) {
+  json all = json::array();
+  for (const PageNote& note : notes) {
+    json one{{"t", rounded(note.t_s, 3)}, {"author", note.author}, {"text", note.text}};
+    one["state"] = note.waiting ? "waiting" : note.refusal.empty() ? "recorded" : "refused";
+    if (!note.refusal.empty()) one["why"] = note.refusal;
+    all.push_back(std::move(one));
+  }
+  return text_of({{"type", "notes"}, {"notes", std::move(all)}});
 }
 
 std::string history_message(const History& forces) {
@@ -198,6 +222,8 @@ PageRequest read_request(std::string_view text) {
   const auto& name = j.begin().key();
   const json& value = j.begin().value();
   if (name == "play" && value.is_boolean()) return {value.get<bool>() ? PageRequest::Kind::play : PageRequest::Kind::pause};
+  if (name == "room" && value.is_string()) return {PageRequest::Kind::room, 0, value.get<std::string>()};
+  if (name == "note") return read_note(value);
   if (!value.is_number() || !std::isfinite(value.get<double>())) return {};
   if (name == "seek") return {PageRequest::Kind::seek, value.get<double>()};
   if (name == "speed") return {PageRequest::Kind::speed, value.get<double>()};

@@ -35,11 +35,22 @@ struct PageState {
   double speed = 1;            ///< of a recording
   bool playing = true;         ///< false: a recording is paused
   const RoomView* room = {};   ///< null: unknown
+  const RoomList* rooms = {};  ///< the server's; null, or without names: this one alone
   const TaskWatch* task = {};  ///< null, or without a task: none
 };
 /// Returns the stations, their links, the body's figures and the training task, as JSON of type "room". The place of a lump that
 /// is to be found is part of it: the page is for an instructor.
 std::string room_message(const PageState& state);
+
+/// A note as the page lists it.
+struct PageNote {
+  double t_s = 0;  ///< moment that it is about, in the time of PageState
+  std::string author, text;
+  std::string refusal = {};  ///< reason for which it was not recorded
+  bool waiting = false;      ///< true: neither recorded nor refused yet
+};
+/// Returns the notes as JSON of type "notes".
+std::string notes_message(std::span<const PageNote> notes);
 
 /// Returns the plots of the last History::kSpan as JSON of type "history".
 std::string history_message(const History& forces);
@@ -57,9 +68,11 @@ std::string hello_message(const PageGreeting& greeting);
 
 /// A request of a browser.
 struct PageRequest {
-  enum class Kind : std::uint8_t { none, seek, play, pause, speed, step };
+  enum class Kind : std::uint8_t { none, seek, play, pause, speed, step, room, note };
   Kind kind = Kind::none;
-  double value = 0;  ///< seek: time [s]; speed: doublings; step: frames
+  double value = 0;         ///< seek, note: time [s]; speed: doublings; step: frames
+  std::string text = {};    ///< room: its name; note: its words
+  std::string author = {};  ///< of a note
 };
 /// Returns kind none for a text that is no request, or whose value is no finite number.
 PageRequest read_request(std::string_view text);

@@ -117,9 +117,8 @@ void issue(const Options& o) {
 void add_rights(CLI::App& app, Options& o) {
   app.add_option("--role", o.roles,
                  "roles that the station may have, separated by commas: a hand touches, a viewer watches, a hand that is also a "
-                 "guide may lead "
-                 "the hands of others")
-      ->type_name("hand|viewer|hand,viewer|hand,guide|...")
+                 "guide may lead the hands of others, a viewer with note may write notes into the recording")
+      ->type_name("hand|viewer|hand,viewer|hand,guide|viewer,note|...")
       ->capture_default_str();
   app.add_option("--room", o.rooms, "room that the station may join; repeated for further rooms; default: any")
       ->type_name("NAME")

@@ -147,6 +147,14 @@ RecordedEvent event_of(const record::Event& table, Micros base, PartSense& sense
   return event;
 }
 
+RecordedNote note_of(const record::Note& table, Micros base, PartSense& sense) {
+  RecordedNote note{base + Micros{table.at()}, table.station(), time_of(table.about(), sense), sense.text(table.author()),
+                    sense.text(table.text())};
+  sense.name(note.author, 0);
+  sense.text(note.text, 0, kMaxNoteBytes);
+  return note;
+}
+
 std::optional<RecordedShape> shape_of(const record::Shape& table, Micros base, std::size_t vertices, PartSense& sense) {
   if (!table.low() || !table.high() || !table.positions() || table.positions()->size() != 3 * vertices) return std::nullopt;
   if (!sense.take(table.positions()->size(), sizeof(std::uint16_t))) return std::nullopt;
@@ -317,6 +325,7 @@ std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::
     block.guidances.push_back({base + Micros{g.at()}, g.guide(), g.guided(), g.guide_force(), g.guided_force()});
   });
   each(table->events(), sense, [&](const record::Event& event) { block.events.push_back(event_of(event, base, sense)); });
+  each(table->notes(), sense, [&](const record::Note& note) { block.notes.push_back(note_of(note, base, sense)); });
   each(table->links(), sense, [&](const record::Link& l) {
     block.links.push_back({base + Micros{l.at()}, l.station(), Micros{l.rtt()}, Micros{l.rtt_min()}, Micros{l.jitter()},
                            Micros{l.patch_age()}, time_of(l.offset(), sense), l.received(), l.lost()});

@@ -148,6 +148,15 @@ struct RecordedGuidance {
   double guide_force_n = 0, guided_force_n = 0;  ///< of the coupling on each tool, mean over 0.1 s, as the two report
 };
 
+/// Remark of a person at a viewer about a moment of the session.
+struct RecordedNote {
+  Micros t{};             ///< when it came
+  StationId station = 0;  ///< the viewer
+  Micros about{};         ///< moment that it is about
+  std::string author;     ///< name of the person, or of the viewer's station
+  std::string text;       ///< one line; empty: a mark without words
+};
+
 /// A datagram with a patch or its terms, as received.
 struct RecordedPacket {
   Micros t{};
@@ -185,6 +194,7 @@ struct RecordedBlock {
   std::vector<RecordedButtons> buttons;
   std::vector<RecordedCheckpoint> checkpoints;
   std::vector<RecordedGuidance> guidances;
+  std::vector<RecordedNote> notes;
 };
 
 }  // namespace palpate

@@ -235,6 +235,16 @@ void RecordingWriter::add(const RecordedEvent& event) {
   state_->index.joins.push_back(table_of(event, 0));
 }
 
+void RecordingWriter::add(const RecordedNote& note) {
+  auto table = std::make_unique<record::NoteT>();
+  table->at = state_->at(note.t, note.author.size() + note.text.size() + 64);
+  table->station = note.station;
+  table->about = note.about.count();
+  table->author = note.author;
+  table->text = note.text;
+  state_->block.notes.push_back(std::move(table));
+}
+
 void RecordingWriter::add(const RecordedLink& l) {
   const std::int32_t at = state_->at(l.t, sizeof(record::Link));
   state_->block.links.emplace_back(l.offset.count(), l.received, l.lost, at, l.station, micros_of(l.rtt), micros_of(l.rtt_min),

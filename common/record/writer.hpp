@@ -28,6 +28,7 @@ class RecordingWriter {
   /// Adds a shape. `positions` are of all vertices of the body; the recorded ones among them are kept.
   void add_shape(Micros t, const std::vector<Vec3>& positions);
   void add(const RecordedEvent& event);
+  void add(const RecordedNote& note);
   void add(const RecordedLink& link);
   void add(const RecordedTick& tick);
   void add(const RecordedHandOver& hand_over);

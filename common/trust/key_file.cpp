@@ -185,8 +185,8 @@ bool fits_name(std::string_view text) {
 }
 
 bool read_roles(std::string_view text, Rights& rights) {
-  const std::array<std::pair<std::string_view, bool*>, 3> roles{
-      {{"hand", &rights.hand}, {"viewer", &rights.viewer}, {"guide", &rights.guide}}};
+  const std::array<std::pair<std::string_view, bool*>, 4> roles{
+      {{"hand", &rights.hand}, {"viewer", &rights.viewer}, {"guide", &rights.guide}, {"note", &rights.note}}};
   for (const auto& [name, role] : roles) *role = false;
   for (bool more = true; more;) {
     const std::size_t end = std::min(text.find(','), text.size());
@@ -196,7 +196,7 @@ bool read_roles(std::string_view text, Rights& rights) {
     more = end < text.size();
     text.remove_prefix(more ? end + 1 : end);
   }
-  return rights.hand || (rights.viewer && !rights.guide);
+  return (rights.hand || rights.viewer) && (rights.hand || !rights.guide) && (rights.viewer || !rights.note);
 }
 
 KeyFile parse_keys(const std::string& text, const std::string& file) {
@@ -227,6 +227,7 @@ std::string station_line(const PublicKey& key, const Rights& rights) {
   std::string line = "station " + to_text(key) + " \"" + rights.name + "\" ";
   line += rights.hand && rights.viewer ? "hand,viewer" : rights.hand ? "hand" : "viewer";
   if (rights.guide) line += ",guide";
+  if (rights.note) line += ",note";
   for (const std::string& room : rights.rooms) line += " room=\"" + room + "\"";
   if (rights.kbit_s != kKbitUsual) line += " kbit_s=" + std::to_string(rights.kbit_s);
   if (rights.streams != kStreamsUsual) line += " streams=" + std::to_string(rights.streams);

@@ -2,7 +2,7 @@
 //
 //     self SECRET                            the owner of the file (X25519)
 //     server PUBLIC                          in a station's: the only server that it accepts
-//     station PUBLIC "OR 3" hand,viewer,guide room=liver room="left lung" kbit_s=900 streams=8
+//     station PUBLIC "OR 3" hand,viewer,guide,note room=liver room="left lung" kbit_s=900 streams=8
 //     issuer PUBLIC                          in a server's: accepted signer of tokens (Ed25519)
 //     issuer-self SECRET                     in an issuer's: its own secret
 //
@@ -53,8 +53,12 @@ inline constexpr char kNameExpected[] = "1 to 64 bytes of UTF-8 without control 
 std::string station_line(const PublicKey& key, const Rights& rights);
 /// Returns the text with this server as the only one, and everything else unchanged.
 std::string with_server(const std::string& text, const PublicKey& server);
-/// Parses for example "hand,viewer"; returns false for another text, and for a guide without a hand.
-inline constexpr char kRolesExpected[] = "hand, viewer, or hand,viewer; with ,guide behind hand for one that may guide others";
+/// Parses for example "hand,viewer"; returns false for another text, for a guide without a hand, and for note without
+/// a viewer.
+inline constexpr char kRolesExpected[] =
+    "hand, viewer, or hand,viewer; with ,guide behind hand for one that may guide others, and ,note behind viewer for one that "
+    "may "
+    "write notes into recordings";
 bool read_roles(std::string_view text, Rights& rights);
 /// Throws InputError.
 std::vector<std::uint8_t> parse_token(std::string text, const std::string& file);

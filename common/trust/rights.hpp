@@ -25,6 +25,7 @@ struct Rights {
   int kbit_s = kKbitUsual;
   int streams = kStreamsUsual;
   bool guide = false;  ///< a hand of this key may guide the tools of others
+  bool note = false;   ///< a viewer of this key may write notes into the recording
 
   bool operator==(const Rights&) const = default;
   /// True for the name itself and with a suffix: "OR 3" has "OR 3", "OR 3-2" and "OR 3/port".

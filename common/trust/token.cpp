@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kSignatureBytes = crypto_sign_BYTES, kIssuerBytes = 4, kFixedBytes = 36;
-constexpr std::uint8_t kHandRole = 1, kViewerRole = 2, kGuideRole = 4;
+constexpr std::uint8_t kHandRole = 1, kViewerRole = 2, kGuideRole = 4, kNoteRole = 8;
 static_assert(kFixedBytes + 2 * (1 + std::size_t{kMaxNameBytes}) + kSignatureBytes <= kMaxTokenBytes);
 
 void append(std::vector<std::uint8_t>& bytes, std::uint64_t number, std::size_t size) {
@@ -65,13 +65,14 @@ std::optional<Token> read_body(Bytes body) {
   token.rights.hand = (roles & kHandRole) != 0;
   token.rights.viewer = (roles & kViewerRole) != 0;
   token.rights.guide = (roles & kGuideRole) != 0;
+  token.rights.note = (roles & kNoteRole) != 0;
   token.rights.kbit_s = static_cast<int>(reader.number(2));
   token.rights.streams = static_cast<int>(reader.number(1));
   token.rights.name = reader.text();
   if (std::string room = reader.text(); !room.empty()) token.rights.rooms = {room};
-  const bool sound = reader.ok && reader.rest.empty() && roles != 0 && roles <= (kHandRole | kViewerRole | kGuideRole) &&
-                     !token.rights.name.empty() && fits_name(token.rights.name) && token.rights.streams >= 1 &&
-                     token.rights.streams <= kMostStreams &&
+  const bool sound = reader.ok && reader.rest.empty() && roles != 0 &&
+                     roles <= (kHandRole | kViewerRole | kGuideRole | kNoteRole) && !token.rights.name.empty() &&
+                     fits_name(token.rights.name) && token.rights.streams >= 1 && token.rights.streams <= kMostStreams &&
                      (token.rights.rooms.empty() || fits_name(token.rights.rooms.front()));
   return sound ? std::optional(token) : std::nullopt;
 }
@@ -89,7 +90,10 @@ std::vector<std::uint8_t> sign_token(const Token& token, const IssuerSecret& iss
   bytes.insert(bytes.end(), issuer_key.bytes.begin(), issuer_key.bytes.begin() + kIssuerBytes);
   append(bytes, static_cast<std::uint64_t>(token.join_before_s), 8);
   append(bytes, token.session_s, 4);
-  append(bytes, (rights.hand ? kHandRole : 0u) | (rights.viewer ? kViewerRole : 0u) | (rights.guide ? kGuideRole : 0u), 1);
+  append(bytes,
+         (rights.hand ? kHandRole : 0u) | (rights.viewer ? kViewerRole : 0u) | (rights.guide ? kGuideRole : 0u) |
+             (rights.note ? kNoteRole : 0u),
+         1);
   append(bytes, static_cast<std::uint64_t>(rights.kbit_s), 2);
   append(bytes, static_cast<std::uint64_t>(rights.streams), 1);
   append(bytes, rights.name);

@@ -1,6 +1,6 @@
 // A token: permission for one station to join one server, signed by an issuer (Ed25519, RFC 8032), verified offline.
 //
-//     id 16, issuer 4, join before 8 [unix s], session 4 [s], roles 1 (1 hand, 2 viewer, 4 guide), kbit/s 2, streams 1,
+//     id 16, issuer 4, join before 8 [unix s], session 4 [s], roles 1 (1 hand, 2 viewer, 4 guide, 8 note), kbit/s 2, streams 1,
 //     length 1 and name, length 1 and room (empty: any), signature 64                    little end first, at most 256 bytes
 //
 // The signature covers "palpate token 1", the server's key, the station's key and everything before it: a token that is stolen,

@@ -30,6 +30,7 @@ const char* describe(WireFault fault);
 
 inline constexpr std::size_t kHelloBytes = 512;      ///< least size of a Hello, largest of a Welcome or Refuse
 inline constexpr std::size_t kMaxRefuseBytes = 200;  ///< longer refusal texts are truncated
+inline constexpr std::size_t kMaxRoomNames = 64;     ///< limit of a RoomList
 inline constexpr std::size_t kMaxPieceTriangles = 116, kMaxPieceVertices = 104;  ///< limits of a MeshPiece
 inline constexpr std::size_t kTriangleBytes = 9, kVertexBytes = 10;              ///< sizes in a MeshPiece
 inline constexpr std::size_t kMaxPieceBytes = 1060;                              ///< size of the blocks of a ShapePiece

@@ -134,7 +134,8 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.renewed_from(),
        table.resets(),
        {Scheme::hold, SchemeReason::unknown, Micros{table.patch_cost()}, Micros{table.patch_limit()}},
-       {GuidanceHand::ready, Micros{table.reach()}, table.guidance_force()}};
+       {GuidanceHand::ready, Micros{table.reach()}, table.guidance_force()},
+       table.notes()};
   MessageValidator sense;
   sense.that(to_enum(table.scheme(), Scheme::hyper, m.in_use.scheme));
   sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));
@@ -167,6 +168,33 @@ WireFault read(const wire::Leave&, Leave&) { return WireFault::none; }
 WireFault read(const wire::Reset& table, Reset& m) {
   m.resets = table.resets();
   return WireFault::none;
+}
+
+WireFault read(const wire::Note& table, Note& m) {
+  if (!table.at()) return WireFault::malformed;
+  MessageValidator sense;
+  m.number = table.number();
+  m.at = time_of(table.at());
+  sense.time(m.at);
+  sense.name(view_of(table.author()), 0);
+  sense.text(view_of(table.text()), 0, kMaxNoteBytes);
+  if (!sense.ok()) return sense.fault();
+  m.author = view_of(table.author());
+  m.text = view_of(table.text());
+  return WireFault::none;
+}
+
+WireFault read(const wire::RoomList& table, RoomList& m) {
+  if (!table.rooms() || table.rooms()->size() > kMaxRoomNames) return WireFault::malformed;
+  MessageValidator sense;
+  sense.name(view_of(table.here()), 1);
+  if (sense.ok()) m.here = view_of(table.here());
+  for (const flatbuffers::String* name : *table.rooms()) {
+    sense.name(view_of(name), 1);
+    if (!sense.ok()) return sense.fault();
+    m.names.emplace_back(view_of(name));
+  }
+  return sense.fault();
 }
 
 WireFault read(const wire::Task& table, Task& m) { return read_task(table, m); }
@@ -405,6 +433,10 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<PatchTerms>(datagram.payload_as_PatchTerms(), message);
     case wire::Payload::Task:
       return read_into<Task>(datagram.payload_as_Task(), message);
+    case wire::Payload::Note:
+      return read_into<Note>(datagram.payload_as_Note(), message);
+    case wire::Payload::RoomList:
+      return read_into<RoomList>(datagram.payload_as_RoomList(), message);
     default:
       return WireFault::malformed;
   }

@@ -83,7 +83,7 @@ class BodyWriter {
                                  m.renewed_from, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
                                  static_cast<std::uint8_t>(m.in_use.reason), packer_.duration(m.in_use.cost),
                                  packer_.duration(m.in_use.limit), static_cast<std::uint8_t>(m.guidance.hand),
-                                 packer_.duration(m.guidance.reach), packer_.number(m.guidance.force_n)));
+                                 packer_.duration(m.guidance.reach), packer_.number(m.guidance.force_n), m.notes));
   }
   Offset<void> operator()(const Guidance& m) {
     const auto partner = text(m.partner, kMaxNameBytes);
@@ -93,6 +93,21 @@ class BodyWriter {
                                                               packer_.duration(m.reach), &stamp, &position));
   }
   Offset<void> operator()(const Reset& m) { return done(wire::Payload::Reset, wire::CreateReset(builder_, m.resets)); }
+  Offset<void> operator()(const Note& m) {
+    const auto author = m.author.empty() ? 0 : text(m.author, kMaxNameBytes);
+    const auto words = m.text.empty() ? 0 : text(m.text, kMaxNoteBytes);
+    const auto at = packer_.time(m.at);
+    return done(wire::Payload::Note, wire::CreateNote(builder_, m.number, &at, author, words));
+  }
+  Offset<void> operator()(const RoomList& m) {
+    packer_.require(m.names.size() <= kMaxRoomNames);
+    if (!packer_.ok()) return {};
+    std::array<Offset<flatbuffers::String>, kMaxRoomNames> names;
+    for (std::size_t i = 0; i < m.names.size(); ++i) names[i] = text(m.names[i], kMaxNameBytes);
+    const auto here = text(m.here, kMaxNameBytes);
+    return done(wire::Payload::RoomList,
+                wire::CreateRoomList(builder_, here, builder_.CreateVector(names.data(), m.names.size())));
+  }
   Offset<void> operator()(const Task& m) { return done(wire::Payload::Task, write_task(builder_, packer_, m)); }
   Offset<void> operator()(const Leave&) { return done(wire::Payload::Leave, wire::CreateLeave(builder_)); }
   Offset<void> operator()(const MeshRequest& m) {

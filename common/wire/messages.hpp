@@ -40,6 +40,8 @@ struct Hello {
   /// station then.
   bool alike = false;
   std::string guides = {};  ///< name of a station whose tool this one guides; empty: none
+  /// Rooms that the sender's key has a right to; empty: any. Not on the wire: the server's gate fills it in.
+  std::vector<std::string> may_join = {};
 };
 
 /// Server -> client: joined.
@@ -134,6 +136,7 @@ struct Beat {
   std::uint16_t resets = 0;      ///< number of resets of the body so far (server -> client)
   SchemeInUse in_use = {};       ///< current scheme of the station, and its reason (server -> client)
   GuidanceReport guidance = {};  ///< client -> server
+  std::uint32_t notes = 0;       ///< number of the station's notes that were recorded (server -> client)
 };
 
 struct Leave {};
@@ -215,9 +218,25 @@ struct Reset {
   std::uint16_t resets = 0;  ///< count in the newest Beat
 };
 
+inline constexpr std::size_t kMaxNoteBytes = 240;
+
+/// Viewer -> server: remark of a person, for the room's recording; repeated until Beat::notes has its number.
+struct Note {
+  std::uint32_t number = 0;  ///< one more with each note of the session, from 1 on
+  Micros at{};               ///< moment that it is about, server's clock: body time of a frame
+  std::string author;        ///< name of the person; empty: that of the station
+  std::string text;          ///< one line of plain text, at most kMaxNoteBytes; empty: a mark without words
+};
+
+/// Server -> viewer, every few seconds: names of the server's rooms that the viewer may join, where there are several.
+struct RoomList {
+  std::string here;  ///< name of the viewer's room
+  std::vector<std::string> names;
+};
+
 /// A Task: server -> viewer, every few seconds: the task that the scene states.
 using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece,
-                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance, Task>;
+                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance, Task, Note, RoomList>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; in a Hello: of the former session, or 0

@@ -23,6 +23,7 @@ Beat beat_for(const Stations& stations, const Station& station, const BodyNow& b
             {}};
   beat.resets = body.resets;
   beat.in_use = station.in_use;
+  beat.notes = station.notes;
   station.loss.fill(beat.link);
   return beat;
 }

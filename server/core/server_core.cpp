@@ -7,6 +7,7 @@
 namespace palpate {
 namespace {
 
+constexpr Micros kNotesAbout{600'000'000};  // a note may be about a moment this long ago
 constexpr Micros kTimelineKept{4'000'000};  // part of a tool's timeline that is kept behind body time
 
 std::optional<double> lost_to(const Station& station) {
@@ -29,7 +30,7 @@ ServerCore::ServerCore(RoomInfo facts, const ServerOptions& options)
       sessions_(facts, options),
       frames_(facts.contact, options),
       patches_(options),
-      views_(std::move(facts), options.rate_hz) {}
+      views_(std::move(facts), options) {}
 
 void ServerCore::take(std::span<const std::byte> bytes, PeerId from, Micros now) {
   Message message;
@@ -45,16 +46,19 @@ void ServerCore::take(WireFault fault, const Message& message, std::size_t size,
   Station* const station = sessions_.take(fault, message, size, from, now);
   if (!station) counts_.bytes_from_strangers += size;
   if (nobody && !sessions_.stations().empty()) frames_.wake(now);
-  if (station && !take_from(*station, message.body, now)) ++counts_.unexpected;
+  if (station && !take_from(*station, message, now)) ++counts_.unexpected;
 }
 
-bool ServerCore::take_from(Station& station, const Payload& body, Micros now) {
+bool ServerCore::take_from(Station& station, const Message& message, Micros now) {
+  const Payload& body = message.body;
   if (const auto* samples = std::get_if<Samples>(&body))
     take_samples(station, *samples, now);
   else if (const auto* beat = std::get_if<Beat>(&body))
     take_beat(station, *beat, now);
   else if (const auto* reset = std::get_if<Reset>(&body))
     take_reset(station, *reset, now);
+  else if (const auto* note = std::get_if<Note>(&body); note && station.views())
+    take_note(station, *note, message, now);
   else if (const auto* state = std::get_if<ViewState>(&body); state && station.views())
     views_.heard(station, *state);
   else if (const auto* request = std::get_if<MeshRequest>(&body); request && station.views())
@@ -89,6 +93,23 @@ void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
   resets_.take(now);
   frames_.reset();
   sessions_.tell(RecordedEventKind::reset, station, "", now);
+}
+
+void ServerCore::take_note(Station& station, const Note& note, const Message& question, Micros now) {
+  station.next_report = now;                     // it waits for the new count
+  if (note.number != station.notes + 1) return;  // repeated
+  if (!station.note_limit.allows(now) || !notes_.allows(now)) {
+    ++counts_.notes_withheld;
+    return;
+  }
+  station.note_limit.take(now);
+  notes_.take(now);
+  const std::string& author = note.author.empty() ? station.hello.station : note.author;
+  if (!on_note_ || !on_note_({now, station.id, std::clamp(note.at, now - kNotesAbout, now), author, note.text}))
+    return sessions_.refuse(question, station.peer, {RefuseReason::bad_request, "the room is not being recorded (--record)"},
+                            kMaxDatagramBytes, now);
+  ++station.notes;
+  ++counts_.notes;
 }
 
 void ServerCore::tick(Micros now) {

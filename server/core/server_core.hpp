@@ -13,6 +13,8 @@
 //     ViewSender       messages for the viewers
 //     GuidanceRelay    messages for stations of which one guides the other
 //
+// A viewer may write notes for the recording: eight at once and then one every two seconds, a room 32 and then one a second. One
+// that comes too soon has to wait; the viewer repeats it until a beat has its number. Where nothing is recorded it is refused.
 // A station or viewer may ask for a reset of the body to rest (reset_request.hpp); the next frame that begins performs it. One
 // station may reset twice at once and then twice a minute, a room four times at once and then six times a minute, so that nobody
 // takes the body out of the others' hands. A request that comes too soon has to wait; the requester repeats it.
@@ -42,6 +44,7 @@ struct DatagramCounts {
   std::uint64_t received = 0, bytes_received = 0, sent = 0, bytes_sent = 0;
   std::array<std::uint64_t, kWireFaults> dropped{};
   std::uint64_t resets_withheld = 0;                               ///< reset requests that came too soon after others
+  std::uint64_t notes = 0, notes_withheld = 0;                     ///< notes recorded; those that came too soon after others
   std::uint64_t unexpected = 0;                                    ///< messages of a kind that a server does not accept
   std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;  ///< from senders without a station; answers to them
 
@@ -73,6 +76,8 @@ class ServerCore {
   void on_event(std::function<void(const RecordedEvent&)> listener) { sessions_.on_event = std::move(listener); }
   /// Sets a listener for each change of the buttons of a station's tool, called once per change; server clock.
   void on_buttons(std::function<void(StationId, const ButtonChange&)> listener) { on_buttons_ = std::move(listener); }
+  /// Sets a listener for notes of viewers, which returns false when the room is not being recorded.
+  void on_note(std::function<bool(const RecordedNote&)> listener) { on_note_ = std::move(listener); }
   /// Sets a listener for the scheme of a station that left it to the server: called at the start and at each change.
   void on_scheme(std::function<void(const std::string& station, const SchemeInUse&)> listener) {
     frames_.detail().on_scheme = std::move(listener);
@@ -134,11 +139,13 @@ class ServerCore {
   static constexpr const char* kShuttingDown = "the server is shutting down";
 
   /// Returns false for a message that a server does not accept from such a station.
-  bool take_from(Station& station, const Payload& body, Micros now);
+  bool take_from(Station& station, const Message& message, Micros now);
   void close(const std::string& why, bool ended, Micros now);
   void take_beat(Station& station, const Beat& beat, Micros now);
   void take_samples(Station& station, const Samples& samples, Micros now);
   void take_reset(Station& station, const Reset& reset, Micros now);
+  /// Records a note, or refuses it. `question`: the message that has it.
+  void take_note(Station& station, const Note& note, const Message& question, Micros now);
   std::size_t emit_to_next(std::span<std::byte> out, PeerId& to, Micros now);
 
   ServerOptions options_;
@@ -147,11 +154,12 @@ class ServerCore {
   PatchSender patches_;
   ViewSender views_;
   GuidanceRelay guidance_;
-  RateLimit resets_{4, Micros{10'000'000}};
+  RateLimit resets_{4, Micros{10'000'000}}, notes_{32, Micros{1'000'000}};
   StationId emit_after_ = 0;
   DatagramCounts counts_;
   std::function<void(StationId, const ButtonChange&)> on_buttons_;
   std::function<void(const Station&)> on_tool_released_;
+  std::function<bool(const RecordedNote&)> on_note_;
 };
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/base/random.hpp"
 
@@ -10,9 +11,9 @@ namespace palpate {
 struct ServerOptions {
   SecretSource draw;  ///< source of the secrets of sessions
   double rate_hz = 20;
-  std::string room = {};   ///< name, for stations that ask for one; empty: none
-  std::string rooms = {};  ///< names of all rooms of the process, for a station that asks for another
-  double deadband = 0;     ///< share of a force below which a change is not sent (deadband.hpp); 0 = every patch is sent
+  std::string room = {};                ///< name, for stations that ask for one; empty: none
+  std::vector<std::string> rooms = {};  ///< names of all rooms of the process, for stations that may join another
+  double deadband = 0;  ///< share of a force below which a change is not sent (deadband.hpp); 0 = every patch is sent
 };
 
 }  // namespace palpate

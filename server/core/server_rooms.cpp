@@ -6,8 +6,8 @@ namespace palpate {
 
 ServerRooms::ServerRooms(std::vector<RoomSpec> rooms, const SecretSource& draw, double rate_hz, double deadband) {
   const auto shared = [draws = std::make_shared<SecretSource>(draw)] { return (*draws)(); };  // no two rooms draw the same
-  std::string names;
-  for (const RoomSpec& room : rooms) names += (names.empty() ? "" : ", ") + room.name;
+  std::vector<std::string> names;
+  for (const RoomSpec& room : rooms) names.push_back(room.name);
   for (RoomSpec& room : rooms)
     cores_.push_back(
         std::make_unique<ServerCore>(std::move(room.facts), ServerOptions{shared, rate_hz, room.name, names, deadband}));

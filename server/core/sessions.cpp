@@ -18,6 +18,12 @@ std::string without_number(const std::string& name) {
   return numbered ? name.substr(0, last) : name;
 }
 
+std::string in_a_list(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
 /// Most states over all schemes that the station may get.
 int most_states_for(SchemeAsked scheme, ContactKind contact) {
   const auto most = [contact](Scheme s) { return 2 * max_port_modes(contact, s); };
@@ -39,7 +45,7 @@ Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
                !facts.tool.empty()},
       draw_(options.draw),
       room_(options.room),
-      rooms_(options.rooms) {
+      rooms_(in_a_list(options.rooms)) {
   assert(draw_);
 }
 

@@ -42,6 +42,7 @@ struct Outbox {
   Micros mesh_bytes_at{};                 ///< time of that budget
   bool room = false;                      ///< true while a RoomView is due
   bool task = false;                      ///< true while the Task is due
+  bool rooms = false;                     ///< true while the Rooms are due
 };
 
 /// State of a station with regard to guidance (guidance_relay.hpp).
@@ -102,13 +103,15 @@ struct Station {
 
   // ViewSender
   ShapeViewer shape;   ///< state of the stream to a viewer
-  Micros next_task{};  ///< time when it is told the room's task again
+  Micros next_task{};  ///< time when the room's task and the server's rooms are sent again
 
   // GuidanceRelay
   GuidanceSeat guidance;
 
   // ServerCore
   RateLimit resets{2, Micros{30'000'000}};  ///< limit of its resets of the body
+  RateLimit note_limit{8, Micros{2'000'000}};
+  std::uint32_t notes = 0;  ///< number of its notes that were recorded
 
   bool pushes() const { return hello.role == Role::haptic && hello.shadow_of.empty(); }
   bool views() const { return hello.role == Role::viewer; }

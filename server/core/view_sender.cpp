@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/wire/codec.hpp"
 #include "server/core/mesh_pieces.hpp"
 #include "server/core/patch_sender.hpp"
 
@@ -20,9 +21,10 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
     station.next_report = now + kLinkReportEvery;
     station.outbox.room = true;
     station.outbox.beat = beat_for(stations, station, body);
-    if (!facts_.task || now < station.next_task) continue;
+    if (now < station.next_task) continue;
     station.next_task = now + kTaskEvery;
-    station.outbox.task = true;
+    station.outbox.task = facts_.task.has_value();
+    station.outbox.rooms = rooms_.size() > 1;
   }
   if (result.positions.empty()) return;
   ShapeFrame frame{body.time, result.positions, {}, {}};
@@ -51,6 +53,8 @@ std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::spa
     if (const auto size = encode_for(viewer, room_view(stations), out, now)) return size;
   if (std::exchange(box.task, false))
     if (const auto size = encode_for(viewer, *facts_.task, out, now)) return size;
+  if (std::exchange(box.rooms, false))
+    if (const auto size = encode_for(viewer, rooms_for(viewer), out, now)) return size;
   if (box.mesh_pieces.empty() || !may_have_mesh(viewer, now)) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();
@@ -95,6 +99,19 @@ Tools ViewSender::tools(const Stations& stations, const Station& viewer) const {
     list.tools.back().guides = guides;
   }
   return list;
+}
+
+RoomList ViewSender::rooms_for(const Station& viewer) const {
+  const std::vector<std::string>& may = viewer.hello.may_join;
+  RoomList rooms{room_, {}};
+  std::size_t bytes = room_.size();
+  for (const std::string& name : rooms_) {
+    if (!may.empty() && std::find(may.begin(), may.end(), name) == may.end()) continue;
+    bytes += name.size() + 12;
+    if (bytes > kMostNamedBytes || rooms.names.size() == kMaxRoomNames) break;
+    rooms.names.push_back(name);
+  }
+  return rooms;
 }
 
 RoomView ViewSender::room_view(const Stations& stations) const {

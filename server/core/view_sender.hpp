@@ -1,5 +1,5 @@
-// Sends viewers the mesh that they ask for, the shape and the tools of each frame, and at intervals the state of the room and its
-// task.
+// Sends viewers the mesh that they ask for, the shape and the tools of each frame, and at intervals the state of the room, its
+// task, and the names of the server's rooms that they may join.
 //
 // After each frame a viewer gets the pieces of the shape that its budget allows (shape_stream.hpp), then the tools, which include
 // the number of pieces. Pieces of the mesh are sent when nothing else waits, at most kMostMeshPieces of those requested.
@@ -7,6 +7,7 @@
 
 #include "server/core/frame_scheduler.hpp"
 #include "server/core/room_info.hpp"
+#include "server/core/server_options.hpp"
 #include "server/core/shape_stream.hpp"
 #include "server/core/station.hpp"
 
@@ -17,7 +18,8 @@ class ViewSender {
   static constexpr std::size_t kMostMeshPieces = 64;  ///< most pieces per viewer that are requested and not yet sent
   static constexpr Micros kTaskEvery{2'000'000};
 
-  ViewSender(RoomInfo facts, double rate_hz) : facts_(std::move(facts)), shapes_(facts_, rate_hz) {}
+  ViewSender(RoomInfo facts, const ServerOptions& options)
+      : facts_(std::move(facts)), room_(options.room), rooms_(options.rooms), shapes_(facts_, options.rate_hz) {}
 
   /// Accepts a finished frame.
   void take(const FrameResult& result, Stations& stations, const BodyNow& body, Micros now);
@@ -34,8 +36,11 @@ class ViewSender {
   bool may_have_mesh(Station& viewer, Micros now) const;
   Tools tools(const Stations& stations, const Station& viewer) const;
   RoomView room_view(const Stations& stations) const;
+  RoomList rooms_for(const Station& viewer) const;
 
   RoomInfo facts_;
+  std::string room_;
+  std::vector<std::string> rooms_;  ///< all of the server
   ShapeStream shapes_;
   BodyNow body_;  ///< after the last frame
   bool starved_ = false;

@@ -32,6 +32,14 @@ void UdpServer::hear_rooms() {
       if (RoomRecorder* const recorder = workers_[k]->recorder()) recorder->event(attributed(event));
       say(k, event);
     });
+    cores_[k].on_note([this, k](const RecordedNote& note) {
+      RoomRecorder* const recorder = workers_[k]->recorder();
+      if (!recorder) return false;
+      recorder->note(note);
+      say(k, "note", fmt::format("note of \"{}\": {}", note.author, note.text.empty() ? "(a mark)" : note.text),
+          {{"author", note.author}, {"text", note.text}, {"station_id", static_cast<double>(note.station)}});
+      return true;
+    });
     cores_[k].on_tool_released([this, k](const Station& station) {
       const std::string& name = station.hello.station;
       say(k, "tool_released",

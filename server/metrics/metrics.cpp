@@ -82,6 +82,8 @@ void add_frames(Families& to, const RoomState& room, const Labels& of) {
            number(c.frames_without_rollouts));
   to.count("palpate_steps_cut_total", "Steps of the body that were cut.", of, number(c.cut_steps));
   to.count("palpate_body_resets_total", "Times that a body was put back to rest.", of, number(c.resets));
+  to.count("palpate_notes_total", "Notes of viewers that were recorded.", of, number(c.notes));
+  to.count("palpate_notes_withheld_total", "Notes which came too soon after others.", of, number(c.notes_withheld));
   to.count("palpate_resets_withheld_total", "Requests for that which came too soon after others.", of, number(c.resets_withheld));
   to.count("palpate_tools_released_total", "Times that a tool was let go of, as it cost more than a hand does.", of,
            number(c.tools_released));

@@ -21,6 +21,7 @@ class RoomRecorder {
   /// (reserved_tools.hpp).
   void end_frame(const FrameResult& result, const ServerCore& core, Micros now, const std::vector<RecordedHold>& absent = {});
   void event(const RecordedEvent& event) { writer_.add(event); }
+  void note(const RecordedNote& note) { writer_.add(note); }
   void buttons(StationId id, const ButtonChange& change) { writer_.add(RecordedButtons{change.t, id, change.pressed}); }
   /// Records links, the room's pace, and blocks that are due; call several times a second.
   void tick(const ServerCore& core, Micros now);

@@ -38,6 +38,8 @@ Ruling RightsGate::cap(Message& message, ChannelPeer from, const PublicKey& key,
   if (std::holds_alternative<Leave>(message.body)) streams_.erase(from);
   if (std::holds_alternative<Reset>(message.body) && !rights.hand)
     return {not_allowed("this key may not touch, so it may not reset the body")};
+  if (std::holds_alternative<Note>(message.body) && !rights.note)
+    return {not_allowed("this key may not write notes (role note)")};
   if (auto* view = std::get_if<ViewState>(&message.body)) {
     const int asked = view->kbit_s == 0 ? kKbitUsual : view->kbit_s;
     view->kbit_s = static_cast<std::uint16_t>(std::min(asked, rights.kbit_s));
@@ -58,6 +60,7 @@ std::optional<Refuse> RightsGate::cap_hello(Hello& hello, ChannelPeer from, cons
   if (!hello.shadow_of.empty() && !rights.has_name(hello.shadow_of))
     return not_allowed("\"" + hello.shadow_of + "\" is not a station of this key");
   if (!hello.guides.empty() && !rights.guide) return not_allowed("this key may not guide others");
+  hello.may_join = rights.rooms;
   return cap_streams(hello, from, key, rights, now);
 }
 

@@ -3,6 +3,7 @@
 //     Hello      role, room and name within the rights; a shadow only of a tool of the same key; guidance only by keys
 //                that may guide; no more streams than the key has
 //     ViewState  kbit/s at most
+//     Note       only from keys that may write notes
 //     Reset      only from keys that may touch: a spectator cannot take the body out of anybody's hands
 //
 // A session is one station: a Hello for another station ends the one before, so that nobody has more stations than streams. An

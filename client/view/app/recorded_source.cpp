@@ -25,6 +25,7 @@ bool RecordedSource::show(Micros now, ViewMoment& moment) {
   const Micros t = clock_.at(now);
   moment = scene_.at(t);
   room_ = scene_.room_at(t);
+  task_ = scene_.task_at(t);
   moment.tool_body = room_.tool;
   scene_.plot(t, forces_, patch_ages_);
   return true;
@@ -43,6 +44,7 @@ Caption RecordedSource::caption(Micros now, const std::vector<ToolView>&) {
                        : "neither tensions nor the reach of patches are recorded: colours show displacement";
   caption.panels = {
       .room = &room_, .late_known = false, .forces = &forces_, .patch_ages = &patch_ages_, .stations = {}, .now = clock_.at(now)};
+  caption.task = &task_;
   caption.replay = state(now);
   return caption;
 }
@@ -56,7 +58,7 @@ void RecordedSource::begin_at(double at_s) {
 }
 
 ReplayState RecordedSource::state(Micros now) const {
-  return {clock_.begin(), clock_.end(), clock_.at(now), clock_.speed(), clock_.playing(now), scene_.course()};
+  return {clock_.begin(), clock_.end(), clock_.at(now), clock_.speed(), clock_.playing(now), scene_.course(), scene_.notes()};
 }
 
 void RecordedSource::step(int frames, Micros now) {

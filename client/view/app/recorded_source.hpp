@@ -43,6 +43,7 @@ class RecordedSource : public ViewSource {
   ReplayClock clock_;
   ShapeChannel channel_ = ShapeChannel::position;
   RoomView room_;
+  TaskWatch task_;
   History forces_, patch_ages_;
 };
 

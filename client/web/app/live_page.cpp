@@ -2,89 +2,59 @@
 
 #include <algorithm>
 
-#include "client/viewer/status_line.hpp"
-#include "common/io/monotonic.hpp"
-
 namespace palpate {
 
-LivePage::LivePage(const std::string& server, const std::string& station, const std::string& room, bool alike,
-                   const std::optional<ClientKeys>& keys, std::uint16_t kbit_s)
-    : link_(server, station, room, alike, keys) {
-  core_.limit(kbit_s);
-}
+LivePage::LivePage(LiveSession session, const std::string& room) : session_(std::move(session)), first_(session_, room) {}
 
 void LivePage::joined(BrowserId id) {
-  browsers_.insert(id);
-  fresh_.insert(id);
+  place_of_[id] = &first_;
+  first_.add(id);
 }
 
 void LivePage::left(BrowserId id) {
-  browsers_.erase(id);
-  fresh_.erase(id);
+  const auto place = place_of_.find(id);
+  if (place == place_of_.end()) return;
+  place->second->remove(id);
+  place_of_.erase(place);
 }
 
-void LivePage::renew_mesh() {
-  mesh_version_ = core_.mesh_version();
-  unit_m_ = shape_unit_m(core_.mesh().triangles, core_.rest());
-  mesh_ = binary_packet(mesh_frame(core_.mesh(), core_.rest(), static_cast<std::uint32_t>(mesh_version_), unit_m_));
-  fresh_ = browsers_;
+void LivePage::said(BrowserId id, std::string_view text) {
+  const auto place = place_of_.find(id);
+  if (place == place_of_.end()) return;
+  const PageRequest request = read_request(text);
+  if (request.kind == PageRequest::Kind::room) move(id, request.text);
+  if (request.kind == PageRequest::Kind::note) place->second->write_note(request);
 }
 
-PageState LivePage::state(Micros now) const {
-  PageState state;
-  state.heard = core_.heard_lately(now);
-  state.t_s = seconds(shown_);
-  if (core_.ready()) {
-    state.title = core_.welcome().scene;
-    state.status = status_line(core_, now);
-    state.room = &core_.room();
-    state.task = &core_.task();
-  } else {
-    state.title = "palpate";
-    state.status = (link_.nobody_listens() ? "nothing listens at " : "waiting for ") + link_.server();
-  }
-  if (core_.link() == LinkState::refused) {
-    state.status = core_.refusal();
-    state.room = nullptr;
-    state.task = nullptr;
-  }
-  return state;
+void LivePage::move(BrowserId id, const std::string& name) {
+  LiveRoom* const to = named(name);
+  LiveRoom*& place = place_of_[id];
+  if (to == nullptr || to == place) return;
+  place->remove(id);
+  place = to;
+  to->add(id);
+}
+
+LiveRoom* LivePage::named(const std::string& name) {
+  const RoomList& rooms = first_.rooms();
+  if (rooms.here == name) return &first_;
+  const auto watched = others_.find(name);
+  if (watched != others_.end()) return watched->second.room.get();
+  if (std::find(rooms.names.begin(), rooms.names.end(), name) == rooms.names.end()) return nullptr;
+  return others_.emplace(name, Watched{std::make_unique<LiveRoom>(session_, name)}).first->second.room.get();
 }
 
 Micros LivePage::tick(WebServer& web, Micros now) {
-  link_.pump();
-  if (now >= next_shape_) {
-    next_shape_ = std::max(next_shape_ + kShapeEvery, now);
-    ViewMoment moment;
-    Packet shape;
-    if (core_.show(now, moment)) {
-      if (!core_.heard_lately(now)) moment.tools.clear();  // where they are, and what they feel, is unknown
-      if (mesh_version_ != core_.mesh_version()) renew_mesh();
-      if (moment.shape.body_time + History::kSpan < shown_) forces_ = {};  // another server's clock
-      shown_ = moment.shape.body_time;
-      for (const ToolView& tool : moment.tools) forces_.add(shown_, tool.station, static_cast<float>(tool.force.norm()));
-      forces_.forget(shown_);
-      shape = binary_packet(shape_frame(moment, core_.rest(), static_cast<std::uint32_t>(mesh_version_), unit_m_));
-    }
-    if (!fresh_.empty()) {
-      const Packet hello = text_packet(hello_message({.program = kPageProgram})), history = text_packet(history_message(forces_));
-      for (const BrowserId id : fresh_) {
-        web.send(id, Slot::hello, hello);
-        if (mesh_.bytes) web.send(id, Slot::mesh, mesh_);
-        web.send(id, Slot::history, history);
-      }
-      next_room_ = now;
-      fresh_.clear();
-    }
-    if (shape.bytes)
-      for (const BrowserId id : browsers_) web.send(id, Slot::shape, shape);
+  Micros next = first_.tick(web, now);
+  for (auto& [name, watched] : others_) {
+    next = std::min(next, watched.room->tick(web, now));
+    if (watched.room->watched())
+      watched.until = Micros::max();
+    else if (watched.until == Micros::max())
+      watched.until = now + kKeptFor;
   }
-  if (now >= next_room_) {
-    next_room_ = now + kRoomEvery;
-    const Packet room = text_packet(room_message(state(now)));
-    for (const BrowserId id : browsers_) web.send(id, Slot::room, room);
-  }
-  return std::min({next_shape_, next_room_, link_.deadline()});
+  std::erase_if(others_, [now](const auto& other) { return now >= other.second.until; });
+  return next;
 }
 
 }  // namespace palpate

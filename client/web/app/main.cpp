@@ -98,8 +98,8 @@ std::unique_ptr<Page> open_page(const CLI::App& app, const Options& options) {
   if (options.recording.empty()) {
     std::optional<ClientKeys> keys;
     if (!options.key.empty()) keys = read_client_keys(options.key, options.token);
-    return std::make_unique<LivePage>(options.server, options.station, options.room, app.count("--station") == 0, keys,
-                                      options.kbit_s);
+    return std::make_unique<LivePage>(
+        LiveSession{options.server, options.station, app.count("--station") == 0, std::move(keys), options.kbit_s}, options.room);
   }
   auto page = std::make_unique<ReplayPage>(options.recording);
   if (const std::string damage = page->damage(); !damage.empty())

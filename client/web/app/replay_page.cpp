@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "client/viewer/status_line.hpp"
+#include "client/web/summary_message.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -20,7 +21,12 @@ ReplayPage::ReplayPage(const std::string& file)
     : bytes_(file),
       recording_(bytes_.bytes(), file),
       scene_(recording_, file),
-      unit_m_(shape_unit_m(scene_.mesh().triangles, scene_.rest())) {}
+      unit_m_(shape_unit_m(scene_.mesh().triangles, scene_.rest())),
+      summary_(text_packet(summary_message(recording_))) {
+  std::vector<PageNote> notes;
+  for (const RecordedNote& note : scene_.notes()) notes.push_back({seconds(note.about), note.author, note.text});
+  notes_ = text_packet(notes_message(notes));
+}
 
 std::string ReplayPage::damage() const {
   if (scene_.damaged_blocks() > 0)
@@ -39,6 +45,8 @@ void ReplayPage::said(BrowserId id, std::string_view text) {
   using Kind = PageRequest::Kind;
   switch (request.kind) {
     case Kind::none:
+    case Kind::room:
+    case Kind::note:
       return;
     case Kind::seek:
       watcher.clock.seek(from_seconds(std::clamp(request.value, -kFarthestS, kFarthestS)), now);
@@ -73,6 +81,26 @@ void ReplayPage::greet(WebServer& web, BrowserId id) {
                                       .force_max_n = scene_.force_max_n(),
                                       .displacement_max_m = scene_.displacement_max_m()})));
   web.send(id, Slot::mesh, binary_packet(mesh_frame(scene_.mesh(), scene_.rest(), kOnlyMesh, unit_m_)));
+  web.send(id, Slot::notes, notes_);
+  web.send(id, Slot::summary, summary_);
+}
+
+void ReplayPage::say_room(WebServer& web, BrowserId id, const ReplayClock& clock, Micros now) const {
+  const Micros t = clock.at(now);
+  const RoomView room = scene_.room_at(t);
+  const TaskWatch task = scene_.task_at(t);
+  const std::string missing = damage();
+  web.send(id, Slot::room,
+           text_packet(room_message({.title = recording_.head().name,
+                                     .status = status_line(recording_.head(), scene_.mesh().triangles.size()) +
+                                               (missing.empty() ? "" : "    " + missing),
+                                     .live = false,
+                                     .late_known = false,
+                                     .t_s = seconds(t),
+                                     .speed = clock.speed(),
+                                     .playing = clock.playing(now),
+                                     .room = &room,
+                                     .task = &task})));
 }
 
 Micros ReplayPage::tick(WebServer& web, Micros now) {
@@ -91,20 +119,7 @@ Micros ReplayPage::tick(WebServer& web, Micros now) {
       if (std::exchange(watcher.shown, t) != t)
         web.send(id, Slot::shape, binary_packet(shape_frame(scene_.at(t), scene_.rest(), kOnlyMesh, unit_m_)));
     }
-    if (!room_due) continue;
-    const ReplayClock& clock = watcher.clock;
-    const RoomView room = scene_.room_at(clock.at(now));
-    const std::string missing = damage();
-    web.send(id, Slot::room,
-             text_packet(room_message({.title = recording_.head().name,
-                                       .status = status_line(recording_.head(), scene_.mesh().triangles.size()) +
-                                                 (missing.empty() ? "" : "    " + missing),
-                                       .live = false,
-                                       .late_known = false,
-                                       .t_s = seconds(clock.at(now)),
-                                       .speed = clock.speed(),
-                                       .playing = clock.playing(now),
-                                       .room = &room})));
+    if (room_due) say_room(web, id, watcher.clock, now);
   }
   return std::min(next_shape_, next_room_);
 }

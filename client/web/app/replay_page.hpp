@@ -32,6 +32,7 @@ class ReplayPage final : public Page {
     bool sought = true;            ///< true: the plots begin anew
   };
   void greet(WebServer& web, BrowserId id);
+  void say_room(WebServer& web, BrowserId id, const ReplayClock& clock, Micros now) const;
 
   MappedFile bytes_;
   RecordingReader recording_;
@@ -39,6 +40,7 @@ class ReplayPage final : public Page {
   std::map<BrowserId, Watcher> browsers_;
   Micros next_shape_{}, next_room_{};
   float unit_m_;
+  Packet notes_, summary_;
 };
 
 }  // namespace palpate

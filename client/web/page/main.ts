@@ -1,12 +1,15 @@
 // The page: what palpate-web sends, drawn and said; keys and buttons.
 import { contextOf, ForcePlot } from "./plot";
-import { readBinary, type Hello, type Recording, type Room, type Shape, type Station, type Task, type TextMessage } from "./protocol";
+import { NoteList } from "./notes";
+import { readBinary, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage } from "./protocol";
 import { lengthText } from "./scales";
 import { BodyScene } from "./scene";
 import { markElement, Marks } from "./stations";
+import { showSummary } from "./summary";
 
 const RETRY_MS = [500, 1000, 2000, 4000];
 const SILENT_MS = 3000;
+const NOTE_BYTES = 240; // of UTF-8
 const FIGURES_EVERY_MS = 200; // numbers that change faster cannot be read
 
 function element<E extends HTMLElement>(id: string): E {
@@ -17,6 +20,9 @@ let marks = new Marks(["#0f99a8"]);
 const scene = new BodyScene(element<HTMLCanvasElement>("body"), element("stage"), () => marks);
 const plot = new ForcePlot(element<HTMLCanvasElement>("plot"));
 const seek = element<HTMLInputElement>("seek");
+const noteText = element<HTMLInputElement>("note-text");
+const noteAuthor = element<HTMLInputElement>("note-author");
+const notes = new NoteList(element("notes"), (t) => request({ seek: t }));
 
 let socket: WebSocket | null = null;
 let tries = 0;
@@ -27,6 +33,9 @@ let newest: Shape | null = null; // the one to draw next
 let shape: Shape | null = null; // the one that is drawn
 let palette: string[] = [];
 let scrubbing = false;
+let summary: Summary | null = null;
+let noteAt: number | null = null; // the moment that the note being written is about
+let wishedRoom = ""; // the one in the address, until it is asked for
 let figuresAt = 0;
 let figuresDue = false;
 
@@ -38,7 +47,10 @@ function connect(): void {
   address.search = address.hash = "";
   socket = new WebSocket(address);
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => (tries = 0);
+  socket.onopen = () => {
+    tries = 0;
+    wishedRoom = new URLSearchParams(location.hash.slice(1)).get("room") ?? "";
+  };
   socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
     heardAt = performance.now();
     if (typeof event.data === "string") takeText(JSON.parse(event.data) as TextMessage);
@@ -53,7 +65,7 @@ function connect(): void {
   };
 }
 
-function request(what: Record<string, number | boolean>): void {
+function request(what: Record<string, unknown>): void {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
 }
 
@@ -75,7 +87,11 @@ function takeText(message: TextMessage): void {
   else if (message.type === "room") {
     room = message;
     showRoom();
-  }
+  } else if (message.type === "notes") {
+    notes.set(message.notes);
+    showNotes();
+    drawCourse();
+  } else if (message.type === "summary") summary = message;
 }
 
 function takeHello(hello: Hello): void {
@@ -86,6 +102,7 @@ function takeHello(hello: Hello): void {
   recording = hello.recording ?? null;
   document.body.classList.toggle("replayed", recording !== null);
   for (const key of document.querySelectorAll<HTMLElement>(".replay-key")) key.hidden = recording === null;
+  for (const key of document.querySelectorAll<HTMLElement>(".live-key, #note-form, #notes-unit")) key.hidden = recording !== null;
   element("replay").hidden = recording === null;
   if (recording) {
     scene.expect(recording.displacement_max_m, recording.force_max_n);
@@ -123,6 +140,8 @@ function showRoom(): void {
   else if (room.heard) showLink("live", "live");
   else showLink("waiting", shape ? "server silent" : "waiting");
   showTask(room.task);
+  showRooms();
+  showNotes();
   showFigures();
   if (recording) {
     const at = room.t - recording.begin;
@@ -134,6 +153,42 @@ function showRoom(): void {
     element("play").setAttribute("aria-label", room.playing ? "Pause" : "Play");
     element("play-shape").setAttribute("d", room.playing ? "M5 3h4v14H5zM11 3h4v14h-4z" : "M5 3l12 7-12 7z");
   }
+}
+
+/** The choice of rooms, where the server has several; the address keeps the one that was chosen. */
+function showRooms(): void {
+  const choice = element("room-choice");
+  const select = element<HTMLSelectElement>("room");
+  const names = room?.rooms ?? [];
+  choice.hidden = names.length === 0;
+  if (names.length === 0 || document.activeElement === select) return;
+  if ([...select.options].map((option) => option.value).join("\n") !== names.join("\n"))
+    select.replaceChildren(...names.map((name) => new Option(name, name)));
+  select.value = room!.here ?? "";
+  const wish = wishedRoom;
+  wishedRoom = "";
+  if (wish && wish !== room!.here && names.includes(wish)) request({ room: wish });
+}
+
+/** The list, with times of day of what happens now, and those of a recording since its beginning. */
+function showNotes(): void {
+  element("notes-panel").hidden = recording !== null && notes.empty;
+  const now = Date.now();
+  notes.show(recording ? room?.t ?? null : null, (t) =>
+    recording ? clockText(t - recording.begin) : new Date(now - 1000 * ((room?.t ?? t) - t)).toLocaleTimeString(),
+  );
+}
+
+/** Sends the note that is written, or a mark without words, about the moment at which writing began. */
+function sendNote(): void {
+  const text = noteText.value.trim();
+  const tooLong = new TextEncoder().encode(text).length > NOTE_BYTES;
+  noteText.setCustomValidity(tooLong ? `at most ${NOTE_BYTES} bytes` : "");
+  if (!noteText.reportValidity()) return;
+  request({ note: { t: noteAt ?? shape?.t ?? room?.t ?? 0, author: noteAuthor.value.trim(), text } });
+  noteText.value = "";
+  noteAt = null;
+  noteText.blur();
 }
 
 /** The goal, a bar of each hand's progress, and of "press" the band of the force with a mark for each hand. */
@@ -319,6 +374,18 @@ function drawCourse(): void {
   pen.globalAlpha = 0.4;
   const step = (width - 16) / Math.max(recording.course.length, 1);
   recording.course.forEach((share, i) => pen.fillRect(8 + i * step, height - 2 - 0.9 * share * (height - 4), Math.max(step, 0.6), 0.9 * share * (height - 4)));
+  pen.globalAlpha = 1;
+  pen.fillStyle = pen.strokeStyle = style.getPropertyValue("--ink");
+  const length = Math.max(recording.end - recording.begin, 1e-6);
+  for (const note of notes.all) {
+    const x = 8 + (width - 16) * Math.min(Math.max((note.t - recording.begin) / length, 0), 1);
+    pen.fillRect(x - 0.5, 0, 1, height);
+    pen.beginPath();
+    pen.moveTo(x - 5, 0);
+    pen.lineTo(x + 5, 0);
+    pen.lineTo(x, 8);
+    pen.fill();
+  }
 }
 
 // --- pictures ------------------------------------------------------------------------------------------------------------
@@ -374,8 +441,21 @@ const KEYS: Record<string, () => void> = {
   d: () => setTheme(!isDark(), true),
   "?": () => element<HTMLDialogElement>("help").showModal(),
 };
+const LIVE_KEYS: Record<string, () => void> = { n: () => noteText.focus() };
+const nextNote = (by: 1 | -1) => {
+  const t = room ? notes.beside(room.t, by) : null;
+  if (t !== null) request({ seek: t });
+};
+const summarise = () => {
+  if (!summary) return;
+  showSummary(summary, clockText);
+  element<HTMLDialogElement>("summary").showModal();
+};
 const REPLAY_KEYS: Record<string, () => void> = {
   " ": play,
+  n: () => nextNote(1),
+  p: () => nextNote(-1),
+  s: summarise,
   j: () => jump(-5),
   l: () => jump(5),
   ",": () => request({ step: -1 }),
@@ -385,11 +465,16 @@ const REPLAY_KEYS: Record<string, () => void> = {
 };
 
 window.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || element<HTMLDialogElement>("help").open) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+  if (event.target === noteText || event.target === noteAuthor) {
+    if (event.key === "Escape") (event.target as HTMLElement).blur();
+    return;
+  }
+  if (event.target instanceof HTMLSelectElement) return;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   if (event.target === seek && key.startsWith("Arrow")) return; // the slider's own
   if (event.target instanceof HTMLButtonElement && key === " ") return;
-  const action = KEYS[key] ?? (recording ? REPLAY_KEYS[key] : undefined);
+  const action = KEYS[key] ?? (recording ? REPLAY_KEYS : LIVE_KEYS)[key];
   if (!action) return;
   event.preventDefault();
   action();
@@ -398,6 +483,24 @@ element("theme").addEventListener("click", KEYS.d);
 element("reset").addEventListener("click", () => scene.fit());
 element("keys").addEventListener("click", KEYS["?"]);
 element("play").addEventListener("click", play);
+element("summarise").addEventListener("click", summarise);
+element("room").addEventListener("change", () => {
+  const select = element<HTMLSelectElement>("room");
+  select.blur();
+  history.replaceState(null, "", `#${new URLSearchParams({ room: select.value })}`);
+  request({ room: select.value });
+});
+element("note-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  sendNote();
+});
+noteText.addEventListener("input", () => {
+  noteText.setCustomValidity("");
+  if (noteText.value === "") noteAt = null;
+  else noteAt ??= shape?.t ?? null;
+});
+noteAuthor.value = localStorage.getItem("author") ?? "";
+noteAuthor.addEventListener("change", () => localStorage.setItem("author", noteAuthor.value.trim()));
 element("back").addEventListener("click", REPLAY_KEYS[","]);
 element("forth").addEventListener("click", REPLAY_KEYS["."]);
 element("slower").addEventListener("click", REPLAY_KEYS["["]);

@@ -74,6 +74,8 @@ export interface Room {
   asleep?: boolean;
   starved?: boolean;
   task?: Task;
+  rooms?: string[]; // of a server with several
+  here?: string; // the one that is shown
 }
 
 export interface Recording {
@@ -101,7 +103,40 @@ export interface History {
   series: { station: string; points: [number, number][] }[];
 }
 
-export type TextMessage = Room | Hello | History;
+export interface Note {
+  t: number; // the moment that it is about [s], in the time of Room
+  author: string;
+  text: string;
+  state: "waiting" | "recorded" | "refused";
+  why?: string; // it was refused
+}
+
+export interface Notes {
+  type: "notes";
+  notes: Note[];
+}
+
+export interface Summary {
+  type: "summary";
+  threshold_n: number;
+  force_rate_hz: number;
+  hands: {
+    name: string;
+    contact_s: number;
+    contacts: number;
+    force_peak_n: number;
+    force_mean_n: number;
+    over_s: number;
+    overs: number;
+    path_m: number;
+    speed_mean_m_s: number;
+    smoothness_sparc: number;
+  }[];
+  guidance: { guide: string; guided: string; from_s: number; duration_s: number; guide_force_mean_n: number; guided_force_mean_n: number }[];
+  attempts: { station: string; attempt: number; begin_s: number; score: number; time_s: number; text: string }[];
+}
+
+export type TextMessage = Room | Hello | History | Notes | Summary;
 
 export const BLOCK_VERTICES = 64;
 

@@ -1,5 +1,5 @@
 // Training tasks of the scenes that ship: good trainees score high, bad ones low, by what a recording of them holds.
-#include "bench/measure/task_attempts.hpp"
+#include "common/assessment/task_attempts.hpp"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

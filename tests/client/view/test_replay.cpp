@@ -139,6 +139,49 @@ TEST_CASE("Panels of a recording say what links, patches and frames were", "[vie
   CHECK(ages.series()[0].points.back().value == Approx(90));
 }
 
+TEST_CASE("A recording has its task's progress at any moment, and its notes by their moments", "[view][replay]") {
+  RecordingWriter writer(test::small_head());  // hold 0.5 to 2 N for 3 s
+  writer.add(RecordedEvent{test::kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "hand", ""});
+  constexpr int kLong = 700, kReset = 450;
+  for (int k = 0; k < kLong; ++k) {
+    if (k == kReset)
+      writer.add(
+          RecordedEvent{frame_time(k) - Micros{1}, RecordedEventKind::reset, 3, RecordedRole::hand, Scheme::port, "hand", ""});
+    writer.add(RecordedFrame{frame_time(k), Micros{1000}, Micros{1000}, 0, 1, 0, 0, false});
+    RecordedTouch touch = test::small_touch(4);
+    touch.t = frame_time(k);
+    touch.force = Vec3(0, 0, k % 90 < 30 ? 1 : 3);
+    writer.add(touch);
+    if (k % 300 == 10) writer.add(RecordedNote{frame_time(k), 9, frame_time(620 - k), "Weber", std::to_string(k)});
+  }
+  writer.add_shape(frame_time(0), test::small_shape(1));
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "task.rec");
+  const RecordedScene scene(recording, "task.rec");
+
+  TaskWatch watch;  // as a viewer follows it
+  watch.take(*recording.head().task);
+  std::map<int, std::pair<double, double>> seen;
+  for (int k = 0; k < kLong; ++k) {
+    watch.take_resets(k >= kReset);
+    watch.take(Tools{0, frame_time(k), 0, {{"hand", Vec3::Zero(), Vec3(0, 0, k % 90 < 30 ? 1 : 3), true}}});
+    seen[k] = {watch.hands().front().progress.score, watch.hands().front().progress.time_s};
+  }
+  for (const int k : {699, 0, 1, 99, 100, 101, 250, 449, 450, 451, 20, 690}) {
+    const auto hands = scene.task_at(frame_time(k)).hands();
+    REQUIRE(hands.size() == 1);
+    CHECK(hands[0].station == "hand");
+    CHECK(hands[0].progress.score == seen[k].first);
+    CHECK(hands[0].progress.time_s == seen[k].second);
+  }
+  CHECK(scene.task_at(frame_time(-1)).hands().empty());
+  CHECK(scene.task_at(frame_time(200)).task()->text == "hold");
+  REQUIRE(scene.notes().size() == 3);
+  CHECK(scene.notes()[0].text == "610");
+  CHECK(scene.notes()[2].text == "10");
+}
+
 TEST_CASE("What is held fast is recorded and marked", "[view][replay]") {
   RecordingHead head = test::small_head();
   head.surface.fixed = {1, 3};

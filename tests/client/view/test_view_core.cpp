@@ -100,6 +100,48 @@ TEST_CASE("A viewer says how late it shows the body, with the way there and the 
   CHECK(late >= kDelay + world.viewer.playback().delay());
 }
 
+TEST_CASE("Notes arrive once each and in order over a link with losses, and a refusal ends the one that it answers", "[view]") {
+  World world;
+  world.loss = 0.3;
+  bool recording = true;
+  std::vector<RecordedNote> notes;
+  world.server.on_note([&](const RecordedNote& note) {
+    if (recording) notes.push_back(note);
+    return recording;
+  });
+  CHECK_FALSE(world.viewer.write_note({0, world.now, "", "before it has joined"}));
+  world.run_until(Micros{1'000'000});
+  REQUIRE(world.viewer.link() == LinkState::joined);
+  for (const char* text : {"one", "two", "three"}) REQUIRE(world.viewer.write_note({0, Micros{500'000}, "Weber", text}));
+  world.run_until(Micros{5'000'000});
+  REQUIRE(notes.size() == 3);
+  CHECK(notes[0].text == "one");
+  CHECK(notes[2].text == "three");
+  CHECK(notes[2].about == Micros{500'000});
+  auto outcomes = world.viewer.take_note_outcomes();
+  REQUIRE(outcomes.size() == 3);
+  for (const NoteOutcome& outcome : outcomes) CHECK(outcome.refusal.empty());
+  CHECK(world.viewer.take_note_outcomes().empty());
+
+  recording = false;
+  for (const char* text : {"four", "five"}) REQUIRE(world.viewer.write_note({0, Micros{0}, "", text}));
+  world.run_until(Micros{9'000'000});
+  outcomes = world.viewer.take_note_outcomes();
+  REQUIRE(outcomes.size() == 2);
+  for (const NoteOutcome& outcome : outcomes) CHECK(outcome.refusal == "the room is not being recorded (--record)");
+  REQUIRE(world.viewer.link() == LinkState::joined);
+  recording = true;
+  REQUIRE(world.viewer.write_note({0, Micros{0}, "", "six"}));
+  world.run_until(Micros{12'000'000});
+  CHECK(notes.size() == 4);
+
+  for (std::size_t k = 0; k < ViewCore::kNotesMost; ++k) CHECK(world.viewer.write_note({0, Micros{0}, "", "never"}));
+  CHECK_FALSE(world.viewer.write_note({0, Micros{0}, "", "one too many"}));
+  world.run_until(Micros{17'000'000}, false);  // the server is silent
+  for (const NoteOutcome& outcome : world.viewer.take_note_outcomes())
+    if (outcome.note.text == "never") CHECK((outcome.refusal.empty() || outcome.refusal.find("ended") != std::string::npos));
+}
+
 TEST_CASE("With a fifth of all datagrams lost a viewer still gets there and keeps showing", "[view]") {
   World world;
   world.loss = 0.2;

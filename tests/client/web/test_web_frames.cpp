@@ -6,8 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "client/viewer/color.hpp"
+#include "client/web/summary_message.hpp"
 #include "client/web/web_frames.hpp"
+#include "common/assessment/session_metrics.hpp"
+#include "common/assessment/task_attempts.hpp"
 #include "tests/client/view/demo_body.hpp"
+#include "tests/common/record/small_recording.hpp"
 
 using namespace palpate;
 using nlohmann::json;
@@ -249,7 +253,40 @@ TEST_CASE("The plot's past has a point for each value", "[web]") {
         json::parse(R"([{"station":"a","points":[[1.0,0.5],[1.05,0.75]]},{"station":"b","points":[[1.05,2.0]]}])"));
 }
 
-TEST_CASE("A browser asks in five ways, and everything else is ignored", "[web]") {
+TEST_CASE("Notes are listed with what became of them, and the summary has the figures of palpate-lab summary", "[web]") {
+  const std::vector<PageNote> notes{
+      {1.5, "Weber", "too deep"}, {2, "page", "", "nothing is recorded"}, {3, "page", "", "", true}};
+  CHECK(json::parse(notes_message(notes))["notes"] == json::parse(R"([
+    {"t":1.5,"author":"Weber","text":"too deep","state":"recorded"},
+    {"t":2.0,"author":"page","text":"","state":"refused","why":"nothing is recorded"},
+    {"t":3.0,"author":"page","text":"","state":"waiting"}])"));
+  const auto bytes = test::small_recording(40, true);
+  const RecordingReader recording(bytes, "small");
+  const json said = json::parse(summary_message(recording));
+  const Session session = read_session(recording);
+  const SessionMetrics metrics = session_metrics(session.hands.at(0), 2);
+  REQUIRE(said["hands"].size() == session.hands.size());
+  CHECK(said["threshold_n"] == 2.0);
+  CHECK(said["hands"][0]["name"] == session.hands[0].name);
+  CHECK(said["hands"][0]["force_peak_n"] == metrics.force_peak_n);
+  CHECK(said["hands"][0]["smoothness_sparc"] == metrics.sparc);
+  const auto attempts = task_attempts(recording);
+  REQUIRE(attempts.size() == 1);
+  CHECK(said["attempts"][0]["score"] == attempts[0].progress.score);
+  CHECK(said["guidance"].size() == 1);
+}
+
+TEST_CASE("A server's rooms are part of its message where there are several", "[web]") {
+  RoomList rooms;
+  PageState state;
+  state.rooms = &rooms;
+  CHECK_FALSE(json::parse(room_message(state)).contains("rooms"));
+  rooms = {"left", {"left", "right"}};
+  CHECK(json::parse(room_message(state))["rooms"] == json({"left", "right"}));
+  CHECK(json::parse(room_message(state))["here"] == "left");
+}
+
+TEST_CASE("A browser asks in seven ways, and everything else is ignored", "[web]") {
   using Kind = PageRequest::Kind;
   CHECK(read_request(R"({"play":true})").kind == Kind::play);
   CHECK(read_request(R"({"play":false})").kind == Kind::pause);
@@ -258,7 +295,17 @@ TEST_CASE("A browser asks in five ways, and everything else is ignored", "[web]"
   CHECK(seek.value == 12.5);
   CHECK(read_request(R"({"speed":-1})").kind == Kind::speed);
   CHECK(read_request(R"({"step":3})").kind == Kind::step);
+  const PageRequest room = read_request(R"({"room":"left lung"})");
+  CHECK(room.kind == Kind::room);
+  CHECK(room.text == "left lung");
+  const PageRequest note = read_request(R"({"note":{"t":2.5,"author":"Weber","text":"too deep"}})");
+  CHECK(note.kind == Kind::note);
+  CHECK(note.value == 2.5);
+  CHECK(note.author == "Weber");
+  CHECK(note.text == "too deep");
   for (const char* text : {"", "{", "[]", "null", "7", R"({})", R"({"seek":"1"})", R"({"seek":null})", R"({"seek":1e999})",
-                           R"({"play":1})", R"({"seek":1,"play":true})", R"({"reset":1})", "\xff\xfe", "[[[[[[[["})
+                           R"({"play":1})", R"({"seek":1,"play":true})", R"({"reset":1})", R"({"room":1})", R"({"note":"x"})",
+                           R"({"note":{"t":1,"author":"a"}})", R"({"note":{"t":"1","author":"a","text":"b"}})",
+                           R"({"note":{"t":1,"author":"a","text":"b","more":1}})", "\xff\xfe", "[[[[[[[["})
     CHECK(read_request(text).kind == Kind::none);
 }

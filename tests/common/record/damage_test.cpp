@@ -179,7 +179,10 @@ TEST_CASE("of a recording from whose middle a piece is missing the rest is read,
       auto bytes = undamaged;
       bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(begin), bytes.begin() + static_cast<std::ptrdiff_t>(begin + cut));
       INFO(cut << " bytes from " << begin << " on");
-      const std::vector<int> left = frames_beside(whole, begin, begin + cut);
+      // What follows may equal what is missing, as zeros at the end of a block.
+      std::size_t changed = begin;
+      while (bytes[changed] == undamaged[changed]) ++changed;
+      const std::vector<int> left = frames_beside(whole, changed, begin + cut);
       REQUIRE(frames_in(bytes) == left);
       const RecordingReader recording(bytes, "cut.rec");
       REQUIRE_FALSE(recording.complete());

@@ -266,6 +266,24 @@ TEST_CASE("who guided whom, and with what forces, comes back", "[record]") {
   CHECK(k == 20);
 }
 
+TEST_CASE("what was written about a moment comes back with that moment and with its own time", "[record]") {
+  const auto bytes = small_recording(20, true);
+  RecordingReader recording(bytes, "small");
+  CHECK(recording.begin() == kSmallBegin - kSmallFrame + Micros{1000});  // a note about a moment before it lengthens nothing
+  std::vector<RecordedNote> notes;
+  for (std::size_t number = 0; number < recording.blocks().size(); ++number) {
+    const auto block = recording.read(number);
+    notes.insert(notes.end(), block->notes.begin(), block->notes.end());
+  }
+  REQUIRE(notes.size() == 2);
+  CHECK(notes[0].t == kSmallBegin + 5 * kSmallFrame);
+  CHECK(notes[0].about == notes[0].t - Micros{30'000'000});
+  CHECK(notes[0].station == 9);
+  CHECK(notes[0].author == "Weber");
+  CHECK(notes[0].text == "too deep");
+  CHECK(notes[1].text.empty());
+}
+
 TEST_CASE("a recording's end does not grow with every station that comes and goes, and what came is in its blocks", "[record]") {
   constexpr StationId kMany = 50'000;
   RecordingWriter writer(small_head());

@@ -75,6 +75,7 @@ inline void add_small_frame(RecordingWriter& writer, int k) {
   writer.add(RecordedTurn{t, 3, Eigen::Quaterniond(std::cos(0.1 * k), std::sin(0.1 * k), 0, 0)});
   writer.add(RecordedButtons{t, 3, static_cast<std::uint32_t>(k % 4)});
   writer.add(RecordedGuidance{t, 3, 4, 0.25, 0.5 * k});
+  if (k % 8 == 5) writer.add(RecordedNote{t, 9, t - Micros{30'000'000}, "Weber", k == 5 ? "too deep" : ""});
   RecordedCheckpoint checkpoint{
       t, small_shape(k), std::vector<Vec3>(5, Vec3(0, 0, -0.25 * k)), {{"hand", Vec3(0.01 * k, 0, 0.1)}}};
   if (k % 5 == 0) writer.add(checkpoint);

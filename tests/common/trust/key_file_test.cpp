@@ -46,16 +46,19 @@ TEST_CASE("a line for a station is read as the rights that it was written for") 
   CHECK(parse_keys(station_line(key, rights), "x").stations.at(key) == rights);
 }
 
-TEST_CASE("roles are a list without order, and a guide needs a hand") {
+TEST_CASE("roles are a list without order, a guide needs a hand, and a writer of notes a viewer") {
   Rights rights;
-  CHECK(read_roles("viewer,guide,hand", rights));
-  CHECK((rights.hand && rights.viewer && rights.guide));
+  CHECK(read_roles("viewer,note,guide,hand", rights));
+  CHECK((rights.hand && rights.viewer && rights.guide && rights.note));
   const PublicKey key = public_of(secret_of(kStationSeed));
   rights.name = "OR 3";
   CHECK(parse_keys(station_line(key, rights), "x").stations.at(key) == rights);
   CHECK(read_roles("viewer", rights));
-  CHECK_FALSE((rights.hand || rights.guide));
-  for (const char* const wrong : {"", "guide", "viewer,guide", "hand,hand", "hand,", ",hand", "hand viewer", "hand,surgeon"})
+  CHECK_FALSE((rights.hand || rights.guide || rights.note));
+  CHECK(read_roles("viewer,note", rights));
+  CHECK((rights.viewer && rights.note));
+  for (const char* const wrong :
+       {"", "guide", "viewer,guide", "note", "hand,note", "hand,hand", "hand,", ",hand", "hand viewer", "hand,surgeon"})
     CHECK_FALSE(read_roles(wrong, rights));
 }
 

@@ -26,7 +26,7 @@ Token token_for(int streams = 1) {
   token.session_s = 7200;
   token.rights = rights_of("OR 9");
   token.rights.viewer = false;
-  token.rights.guide = true;
+  token.rights.guide = token.rights.note = true;
   token.rights.rooms = {"liver"};
   token.rights.kbit_s = 500;
   token.rights.streams = streams;

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "common/base/plain_text.hpp"
 #include "seeds.hpp"
 
 using namespace palpate;
@@ -56,6 +57,11 @@ struct Sensible {
   }
   bool operator()(const Leave&) const { return true; }
   bool operator()(const Reset&) const { return true; }
+  bool operator()(const Note& m) const { return sensible(m.author) && m.text.size() <= kMaxNoteBytes && is_plain_text(m.text); }
+  bool operator()(const RoomList& m) const {
+    return sensible(m.here) && m.names.size() <= kMaxRoomNames &&
+           std::all_of(m.names.begin(), m.names.end(), [](const std::string& name) { return !name.empty() && sensible(name); });
+  }
   bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
   bool operator()(const MeshPiece& m) const {
     return m.piece < m.pieces && m.triangles.size() <= kMaxPieceTriangles && m.vertices.size() <= kMaxPieceVertices &&

@@ -284,7 +284,10 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(Welcome{"v", ContactKind::attach, 20, Vec3::Zero(), 0, 0, 0, 0.125}));
   all.push_back(message(Leave{}));
   all.push_back(message(Reset{40'000}));
-  all.push_back(message(Beat{.resets = 3}));
+  all.push_back(message(Note{7, Micros{9'876'543'210}, "Weber", "too deep \xc3\xa4"}));
+  all.push_back(message(Note{1, Micros{1}, "", ""}));
+  all.push_back(message(RoomList{"left", {"left", "right lung"}}));
+  all.push_back(message(Beat{.resets = 3, .notes = 12}));
   all.push_back(message(Beat{.in_use = {Scheme::port, SchemeReason::link_lossy, Micros{9'000}, Micros{30'000}}}));
   all.push_back(message(Hello{"hand", Role::haptic, std::nullopt, 0, ""}));
   Hello guide{"OR 3", Role::haptic, std::nullopt, 0, ""};

@@ -1,11 +1,11 @@
-// The page of palpate-web in a real Chromium: it joins, sees a touch, survives a restart of the server, scrubs a recording, asks for a
-// password, and asks no other machine for anything. Screenshots are left in OUT.
+// The page of palpate-web in a real Chromium: it joins, sees a touch, writes notes, chooses a room, survives a restart of the server,
+// scrubs a recording with its notes, task and summary, asks for a password, and asks no other machine for anything. Screenshots are left in OUT.
 //
 // usage: node check_page.mjs FOLDER_OF_PROGRAMS FOLDER_OF_SCENES FOLDER_WITH_PLAYWRIGHT OUT      exit 77 where there is no Chromium
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createSocket } from "node:dgram";
-import { existsSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -60,7 +60,8 @@ function freePort() {
 }
 
 async function server(port, ...options) {
-  const program = new Program("palpate-server", "--scene", join(scenes, "organ.json"), "--listen", `127.0.0.1:${port}`, ...options);
+  const scene = options.includes("--scene") ? [] : ["--scene", join(scenes, "organ.json")];
+  const program = new Program("palpate-server", ...scene, "--listen", `127.0.0.1:${port}`, ...options);
   await program.waitFor(/at 127\.0\.0\.1:\d+, \d+ Hz/);
   return program;
 }
@@ -126,6 +127,23 @@ async function checkLive(browser, work) {
   assert.match(await page.getAttribute("#plot", "aria-label"), /or 3: \d+\.\d\d N now/);
   await page.screenshot({ path: join(out, "live-light.png") });
 
+  // Notes: by keyboard, with words, and by a click, without.
+  await page.keyboard.press("n");
+  await page.keyboard.type("presses too deep");
+  await page.fill("#note-author", "Dr Weber");
+  await page.locator("#note-text").press("Enter");
+  await page.waitForSelector('#notes li[data-state="recorded"]');
+  assert.match(await page.textContent("#notes li"), /Dr Weber.*presses too deep/);
+  await page.click('#note-form button');
+  await page.waitForFunction(() => document.querySelectorAll('#notes li[data-state="recorded"]').length === 2);
+  assert.match(await page.textContent("#notes li"), /\(mark\)/);
+  await page.fill("#note-text", "\u00e4".repeat(200)); // 400 bytes
+  await page.locator("#note-text").press("Enter");
+  assert.equal(await page.inputValue("#note-text"), "\u00e4".repeat(200), "too long a note is kept to be shortened");
+  await page.fill("#note-text", "");
+  await page.locator("#note-text").press("Escape");
+  await page.screenshot({ path: join(out, "live-notes.png") });
+
   // Keys: the theme, the camera, help.
   await page.keyboard.press("d");
   assert.equal(await page.getAttribute("html", "data-theme"), "dark");
@@ -152,6 +170,13 @@ async function checkLive(browser, work) {
   await page.waitForFunction((n) => Number(document.documentElement.dataset.shapes) > n + 2, before);
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.3);
 
+  // This server records nothing.
+  await page.keyboard.press("n");
+  await page.keyboard.type("lost");
+  await page.keyboard.press("Enter");
+  await page.waitForSelector('#notes li[data-state="refused"]');
+  assert.match(await page.textContent("#notes li"), /not recorded: the room is not being recorded \(--record\)/);
+
   // palpate-web ends and begins again at its address.
   await program.end();
   await page.waitForSelector("#link[data-state=lost]");
@@ -168,7 +193,70 @@ async function checkLive(browser, work) {
   return recording;
 }
 
-async function checkReplay(browser, recording) {
+/** A server with two rooms: each page chooses its own, and the trainee's task is scored. */
+async function checkRooms(browser, work) {
+  const port = await freePort();
+  const body = await server(port, "--record", join(work, "rooms.rec"), "--record-shapes-hz", "20",
+    "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`);
+  const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`);
+  const size = { viewport: { width: 1280, height: 800 }, colorScheme: "light" };
+  const page = await open(browser, address, size);
+  const other = await open(browser, `${address}#room=cube`, size);
+  const motion = heldPress(work, "trainee", -0.05, 0.01, 0.125, 0.1005);
+  const hand = new Program("palpate-client", "--server", `127.0.0.1:${port}`, "--room", "training", "--device", "sim", "--hand", "firm",
+    "--station", "trainee", "--motion", motion, "--duration-s", "600");
+  await page.waitForFunction(() => document.getElementById("title").textContent === "press and hold");
+  await other.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");
+  await page.waitForSelector("#room-choice:not([hidden])");
+  assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube"]);
+  assert.equal(await page.inputValue("#room"), "training");
+  await page.waitForFunction(() => /^held .* of 3 s$/.test(document.querySelector(".task-hand .soft")?.textContent ?? ""));
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="trainee"] .force')?.textContent) > 0.3);
+  await page.screenshot({ path: join(out, "live-room.png") });
+  assert.ok(await other.isHidden("#task-panel"));
+  assert.equal(await other.locator('[data-station="trainee"]').count(), 0);
+
+  await page.selectOption("#room", "cube");
+  await page.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");
+  await page.waitForFunction(() => document.getElementById("room").value === "cube" && location.hash === "#room=cube");
+  await bodyIsDrawn(page);
+  await page.selectOption("#room", "training");
+  await page.waitForSelector('[data-station="trainee"] .links');
+  await page.click("#note-form button");
+  await page.waitForSelector('#notes li[data-state="recorded"]');
+  for (const each of [page, other]) {
+    assert.deepEqual(each.faults, []);
+    await each.close();
+  }
+  await hand.end();
+  await program.end();
+  await body.end();
+  return join(work, "rooms-training.rec");
+}
+
+/** The recording of a task: its progress is that of the moment, and the summary has the attempt. */
+async function checkTask(browser, recording) {
+  const { program, address } = await web(ANY_PORT, "--recording", recording);
+  const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "dark" });
+  await page.waitForSelector("#task-panel:not([hidden])");
+  assert.equal(await page.locator(".task-hand").count(), 0, "nobody has touched the body yet");
+  await page.locator("#body").focus();
+  await page.keyboard.press("n");
+  await page.waitForFunction(() => document.querySelectorAll("#notes [aria-current]").length === 1);
+  await page.waitForFunction(() => /^held .* of 3 s$/.test(document.querySelector(".task-hand .soft")?.textContent ?? ""));
+  await page.screenshot({ path: join(out, "replay-task.png") });
+  await page.keyboard.press("s");
+  await page.waitForSelector("#summary[open]");
+  const attempt = await page.locator("#summary-attempts tr").nth(1).locator("td").allTextContents();
+  assert.deepEqual([attempt[0], attempt[1]], ["trainee", "1"]);
+  await page.screenshot({ path: join(out, "summary-task.png") });
+  await page.keyboard.press("Escape");
+  assert.deepEqual(page.faults, []);
+  await page.close();
+  await program.end();
+}
+
+async function checkReplay(browser, work, recording) {
   const { program, address } = await web(ANY_PORT, "--recording", recording);
   const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
   await page.waitForSelector("#link[data-state=replay]");
@@ -193,6 +281,43 @@ async function checkReplay(browser, recording) {
   await page.waitForFunction((t) => Number(document.getElementById("seek").value) < t, at);
   await page.screenshot({ path: join(out, "replay.png") });
 
+  // Notes: a mark on the bar and a line in the list, which leads to the moment.
+  assert.ok(await page.isHidden("#note-form"));
+  const listed = await page.locator("#notes li").allTextContents();
+  assert.equal(listed.length, 2);
+  assert.match(listed[0], /\d+:\d\d\.\d.*Dr Weber.*presses too deep/);
+  await page.click("#notes li:nth-child(2) button");
+  await page.waitForFunction(() => document.querySelector("#notes li:nth-child(2) [aria-current]"));
+  const second = Number(await page.inputValue("#seek"));
+  await page.locator("#body").focus();
+  await page.keyboard.press("p");
+  await page.waitForFunction((t) => Number(document.getElementById("seek").value) < t, second);
+  await page.waitForFunction(() => document.querySelector("#notes li:nth-child(1) [aria-current]"));
+  await page.keyboard.press("n");
+  await page.waitForFunction((t) => Math.abs(Number(document.getElementById("seek").value) - t) < 0.06, second);
+  await page.screenshot({ path: join(out, "replay-notes.png") });
+
+  // The summary has what palpate-lab prints.
+  await page.click("#summarise");
+  await page.waitForSelector("#summary[open]");
+  const rows = await page.locator("#summary-hands tr").allTextContents();
+  assert.equal(rows.length, 3);
+  const cells = await page.locator("#summary-hands tr").nth(1).locator("td").allTextContents();
+  if (existsSync(join(programs, "palpate-lab"))) {
+    const lab = new Program("palpate-lab", "summary", "--recording", recording, "--out", join(work, "summary"));
+    assert.equal(await lab.ended, 0, lab.said);
+    const station = JSON.parse(readFileSync(join(work, "summary/summary.json"))).stations[cells[0]];
+    assert.deepEqual([cells[3], cells[4], cells[9]],
+      [`${station.force_peak_n.toFixed(2)} N`, `${station.force_mean_n.toFixed(2)} N`, station.smoothness_sparc.toFixed(2)]);
+    assert.match(lab.said, /s, Dr Weber: presses too deep/);
+  }
+  await page.screenshot({ path: join(out, "summary.png") });
+  await page.keyboard.press("Escape");
+  await page.waitForSelector("#summary", { state: "hidden" });
+
+  await page.mouse.click(slider.x + 0.8 * slider.width, slider.y + slider.height / 2);
+  await page.waitForFunction((t) => Math.abs(Number(document.getElementById("seek").value) - t) < 0.3, at);
+  await page.locator("#body").focus();
   const paused = await shown();
   await sleep(500);
   assert.equal(await shown(), paused);
@@ -235,7 +360,8 @@ const browser = await chromium.launch({
 });
 try {
   const recording = await checkLive(browser, work);
-  await checkReplay(browser, recording);
+  await checkReplay(browser, work, recording);
+  await checkTask(browser, await checkRooms(browser, work));
   await checkPassword(browser, work, recording);
   console.log(`screenshots are in ${out}`);
 } finally {

@@ -102,6 +102,23 @@ TEST_CASE("only a key that may guide guides, and a station that is to guide anot
   CHECK(gated.anew);
 }
 
+TEST_CASE("only a key that may write notes writes them, and a viewer hears of the rooms of its key alone") {
+  Gated gated;
+  gated.rights.viewer = true;
+  gated.rights.rooms = {"liver", "lung"};
+  Hello viewer = hand("OR 3", "lung");
+  viewer.role = Role::viewer;
+  REQUIRE_FALSE(gated.ask(viewer));
+  CHECK(viewer.may_join == gated.rights.rooms);
+  const Note note{1, Micros{5}, "", "too deep"};
+  const auto no = gated.say(note);
+  REQUIRE(no);
+  CHECK(no->reason == RefuseReason::bad_request);
+  CHECK(no->message == "this key may not write notes (role note)");
+  gated.rights.note = true;
+  CHECK_FALSE(gated.say(note));
+}
+
 TEST_CASE("a key has as many streams as it may, and one more when one of them leaves or falls silent") {
   Gated gated;
   gated.rights.streams = 2;

@@ -1,4 +1,4 @@
-#include "bench/measure/task_attempts.hpp"
+#include "common/assessment/task_attempts.hpp"
 
 #include <map>
 #include <utility>

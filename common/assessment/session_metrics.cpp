@@ -1,4 +1,4 @@
-#include "bench/measure/session_metrics.hpp"
+#include "common/assessment/session_metrics.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,5 @@
-// A recorded session as time series: motion and force of each hand. Times are seconds since the recording's begin().
+// A recorded session as time series: motion and force of each hand, and what was written about it. Times are seconds since the
+// recording's begin().
 //
 // A room's recording has the samples of every hand and the force at each frame; a station's has both at every tick.
 #pragma once
@@ -39,10 +40,18 @@ struct SessionGuidance {
   int reports = 0;
 };
 
+/// A remark of a person about a moment.
+struct SessionNote {
+  double t_s = 0;        ///< the moment
+  double written_s = 0;  ///< when the server got it
+  std::string author, text;
+};
+
 struct Session {
   std::vector<SessionHand> hands;          ///< in the order in which they first moved; a hand that rejoined continues its series
   std::vector<double> resets_s;            ///< resets of the body, ascending
   std::vector<SessionGuidance> guidances;  ///< in order of their beginnings
+  std::vector<SessionNote> notes;          ///< in order of their moments
   std::size_t blocks_lost = 0;             ///< damaged blocks, whose content is unknown
 };
 

@@ -1,8 +1,10 @@
-#include "bench/measure/session.hpp"
+#include "common/assessment/session.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "common/base/sort_stably.hpp"
 
 namespace palpate {
 namespace {
@@ -45,6 +47,8 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
     append(hand_of(session, recording.name_of(touch.station)).forces, {since_begin(touch.t), touch.force, touch.contact, Vec3::Zero()});
   for (const RecordedEvent& event : block.events)
     if (event.kind == RecordedEventKind::reset) session.resets_s.push_back(since_begin(event.t));
+  for (const RecordedNote& note : block.notes)
+    session.notes.push_back({since_begin(note.about), since_begin(note.t), note.author, note.text});
   for (const RecordedGuidance& hold : block.guidances)
     add_guidance(session, recording.name_of(hold.guide), recording.name_of(hold.guided), since_begin(hold.t), hold);
   for (const RecordedTick& tick : block.ticks) {
@@ -93,6 +97,7 @@ Session read_session(const RecordingReader& recording) {
     else
       ++session.blocks_lost;
   }
+  sort_stably(session.notes.begin(), session.notes.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
   std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });  // shadows have no samples
   return session;
 }
@@ -107,6 +112,7 @@ Session cut(Session session, double from_s, double to_s) {
   std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });
   std::erase_if(session.guidances, [&](const SessionGuidance& hold) { return hold.to_s < from_s || hold.from_s > to_s; });
   std::erase_if(session.resets_s, [&](double t_s) { return t_s < from_s || t_s > to_s; });
+  std::erase_if(session.notes, [&](const SessionNote& note) { return note.t_s < from_s || note.t_s > to_s; });
   return session;
 }
 

@@ -1,12 +1,12 @@
 // A session read from a recording, and its metrics.
-#include "bench/measure/session.hpp"
+#include "common/assessment/session.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
-#include "bench/measure/session_metrics.hpp"
+#include "common/assessment/session_metrics.hpp"
 #include "tests/common/record/small_recording.hpp"
 
 using namespace palpate;
@@ -108,6 +108,22 @@ TEST_CASE("the hands of a recording become motions over one time", "[session]") 
   CHECK_FALSE(early.has_orientation());
   for (const auto& [ms, rad] : {std::pair{100, 0.4}, {450, 0.45}, {600, 0.6}, {900, 0.6}})
     CHECK(late.orientation(Micros{1000 * ms})->angularDistance(turned(rad)) < 1e-3);
+}
+
+TEST_CASE("notes come in the order of the moments that they are about", "[session]") {
+  RecordingWriter writer(test::small_head());
+  for (int k = 0; k < 10; ++k) test::add_small_frame(writer, k);
+  writer.add(RecordedNote{test::kSmallBegin + Micros{600'000}, 2, test::kSmallBegin + Micros{100'000}, "a", "earlier"});
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "notes");
+  const Session session = read_session(recording);
+  REQUIRE(session.notes.size() == 2);
+  CHECK(session.notes[0].text == "too deep");
+  CHECK(session.notes[0].t_s < 0);  // before the recording began
+  CHECK(session.notes[1].t_s == Approx(seconds(test::kSmallBegin + Micros{100'000} - recording.begin())));
+  CHECK(session.notes[1].written_s == Approx(session.notes[1].t_s + 0.5));
+  CHECK(cut(session, 0, 10).notes.size() == 1);
 }
 
 TEST_CASE("a part of a session has what lies in it, and says when a hand was there", "[session]") {

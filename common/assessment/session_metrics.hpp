@@ -14,17 +14,34 @@
 //                   of movements, so compare sessions of one task.
 #pragma once
 
-#include "bench/measure/session.hpp"
+#include "common/assessment/session.hpp"
 
 namespace palpate {
 
 inline constexpr double kResampleHz = 100, kBandHz = 10, kLeastShare = 0.05, kHoldMostS = 0.25, kOverEnds = 0.9;
+inline constexpr double kOverN = 2;  ///< usual threshold
 
 struct SessionMetrics {
   double duration_s = 0, contact_s = 0, force_peak_n = 0, force_mean_n = 0, torque_peak_nm = 0, over_s = 0, path_m = 0, speed_mean_m_s = 0;
   int contacts = 0, overs = 0;
   double sparc = 0;
 };
+
+/// Calls add(name, value) for each figure, with the names of summary.json.
+template <class Add>
+void each_figure(const SessionMetrics& m, const Add& add) {
+  add("duration_s", m.duration_s);
+  add("contact_s", m.contact_s);
+  add("contacts", m.contacts);
+  add("force_peak_n", m.force_peak_n);
+  add("force_mean_n", m.force_mean_n);
+  if (m.torque_peak_nm > 0) add("torque_peak_nm", m.torque_peak_nm);
+  add("over_s", m.over_s);
+  add("overs", m.overs);
+  add("path_m", m.path_m);
+  add("speed_mean_m_s", m.speed_mean_m_s);
+  add("smoothness_sparc", m.sparc);
+}
 
 /// Requires a hand whose path has at least one point.
 SessionMetrics session_metrics(const SessionHand& hand, double threshold_n);
