@@ -57,7 +57,7 @@ struct NeedleLayers {
   double friction_n_m(double depth_m) const;
 };
 
-/// Where a needle is on its path.
+/// Place of a needle's tip on its path.
 struct NeedleTip {
   bool inside = false;
   double depth_m = 0, front_m = 0;  ///< s, c

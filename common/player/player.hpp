@@ -74,7 +74,7 @@ class PatchPlayer {
   const PlayerOutput& output() const { return output_; }
   /// Position of vertex `i` of the patch's surface at the end of the step [m].
   Vec3 vertex(int i) const;
-  /// Where a needle is on its path.
+  /// Place of a needle's tip on its path.
   const NeedleTip& needle_tip() const { return needle_.tip(); }
   /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
   double energy() const;
