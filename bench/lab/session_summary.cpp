@@ -25,15 +25,15 @@ struct SessionSummaryFlags {
 
 Json figures_of(const SessionMetrics& m) {
   Json json{{"duration_s", m.duration_s},
-          {"contact_s", m.contact_s},
-          {"contacts", m.contacts},
-          {"force_peak_n", m.force_peak_n},
-          {"force_mean_n", m.force_mean_n},
-          {"over_s", m.over_s},
-          {"overs", m.overs},
-          {"path_m", m.path_m},
-          {"speed_mean_m_s", m.speed_mean_m_s},
-          {"smoothness_sparc", m.sparc}};
+            {"contact_s", m.contact_s},
+            {"contacts", m.contacts},
+            {"force_peak_n", m.force_peak_n},
+            {"force_mean_n", m.force_mean_n},
+            {"over_s", m.over_s},
+            {"overs", m.overs},
+            {"path_m", m.path_m},
+            {"speed_mean_m_s", m.speed_mean_m_s},
+            {"smoothness_sparc", m.sparc}};
   if (m.torque_peak_nm > 0) json["torque_peak_nm"] = m.torque_peak_nm;
   return json;
 }
