@@ -157,9 +157,8 @@ Vec3 ReferenceModel::torque(std::size_t tool) const {
   if (s.fade[tool]) return s.fade[tool]->torque.at(Micros{1000 * (s.ticks - 1)});
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
-  s.for_contacts(tool, [&](const ToolPort& port) {
-    torque += wrench_of(port, at, normal_at(s.skin.view(), surface, port.point)).torque;
-  });
+  s.for_contacts(
+      tool, [&](const ToolPort& port) { torque += wrench_of(port, at, normal_at(s.skin.view(), surface, port.point)).torque; });
   return torque;
 }
 

@@ -68,8 +68,7 @@ void write_forces(const std::filesystem::path& file, const ReplayResult& result)
                    static_cast<double>(i) * 1e-3, t.felt.x(), t.felt.y(), t.felt.z(), t.reference.x(), t.reference.y(),
                    t.reference.z(), seconds(t.patch_age) * 1e3, t.contact ? 1 : 0);
     for (const Vec3* torque : {&t.felt_torque, &t.reference_torque})
-      if (turned)
-        fmt::format_to(std::back_inserter(csv), ",{:.9g},{:.9g},{:.9g}", torque->x(), torque->y(), torque->z());
+      if (turned) fmt::format_to(std::back_inserter(csv), ",{:.9g},{:.9g},{:.9g}", torque->x(), torque->y(), torque->z());
     csv += '\n';
   }
   write_text(file, csv);

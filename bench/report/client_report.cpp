@@ -59,8 +59,7 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
     throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
   ClientReport r;
   std::vector<std::string> compared;
-  for (std::size_t c = kFirst; c < turned_at; c += kEach)
-    compared.emplace_back(header[c].substr(0, header[c].rfind("_fx_n")));
+  for (std::size_t c = kFirst; c < turned_at; c += kEach) compared.emplace_back(header[c].substr(0, header[c].rfind("_fx_n")));
   read_summary(folder / "summary.json", r);
   const std::string scheme = r.scheme + (r.chosen_by_server ? " (auto)" : "");
   const std::string felt = !felt_name.empty() ? felt_name : !scheme.empty() ? scheme : "felt";

@@ -31,8 +31,9 @@ struct ClientReport {
 };
 
 /// Reads forces.csv in `folder`: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then
-/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison; with torque qx,qy,qz,qw and each display's torque. A skipped tick is interpolated from its neighbours, as the
-/// reference needs one position per millisecond. Throws InputError if the file cannot be read or is not longer than a second.
+/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison; with torque qx,qy,qz,qw and each display's torque. A skipped
+/// tick is interpolated from its neighbours, as the reference needs one position per millisecond. Throws InputError if the file
+/// cannot be read or is not longer than a second.
 ClientReport read_client_report(const std::filesystem::path& folder, const std::string& felt_name);
 
 }  // namespace palpate

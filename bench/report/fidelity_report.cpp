@@ -55,8 +55,10 @@ void write_forces(const std::filesystem::path& file, const ClientReport& report,
 std::vector<FidelityRow> rows_of(const ClientReport& report, const ReferenceForce& reference) {
   std::vector<FidelityRow> rows;
   for (const ReportedDisplay& display : report.displays) {
-    rows.push_back(
-        {display.name, compare(display.force, reference.force, kSkipTicks), onset_errors(display.contact, reference.contact), {}});
+    rows.push_back({display.name,
+                    compare(display.force, reference.force, kSkipTicks),
+                    onset_errors(display.contact, reference.contact),
+                    {}});
     const bool has_torque = std::any_of(display.torque.begin(), display.torque.end(), [](const Vec3& t) { return !t.isZero(0); });
     if (has_torque && !reference.torque.empty()) rows.back().torque = compare(display.torque, reference.torque, kSkipTicks);
   }
@@ -65,7 +67,8 @@ std::vector<FidelityRow> rows_of(const ClientReport& report, const ReferenceForc
 
 void print(const std::vector<FidelityRow>& rows) {
   std::size_t wide = 10;
-  for (const FidelityRow& row : rows) wide = std::max(wide, row.name.size() + (row.torque ? std::string_view(", torque").size() : 0));
+  for (const FidelityRow& row : rows)
+    wide = std::max(wide, row.name.size() + (row.torque ? std::string_view(", torque").size() : 0));
   fmt::print("  {:<{}} {:>9} {:>14} {:>14} {:>9} {:>17}\n", "display", wide, "SNR [dB]", "rms error [%]", "p95 error [%]",
              "lag [ms]", "worst onset [ms]");
   for (const FidelityRow& row : rows)
@@ -98,8 +101,7 @@ Json to_json(const std::vector<FidelityRow>& rows, const std::optional<CleanLink
     json[row.name] = fidelity_json(row.fidelity);
     json[row.name].update(
         {{"onset_error_ms", row.onset.worst_ms}, {"onsets", row.onset.onsets}, {"onsets_missed", row.onset.missed}});
-    if (row.torque)
-      json[row.name]["torque"] = {{"snr_db", row.torque->snr_db}, {"p95_rel_error", row.torque->p95_rel_error}};
+    if (row.torque) json[row.name]["torque"] = {{"snr_db", row.torque->snr_db}, {"p95_rel_error", row.torque->p95_rel_error}};
   }
   if (!clean) return json;
   json["clean_link"] = {{"scheme", clean->scheme}, {"rtt_ms", clean->rtt_ms}};

@@ -102,10 +102,11 @@ bool test_forces(DeviceCheck& check, const std::atomic<bool>& stop) {
 
 /// Returns false when an axis turned in the wrong direction.
 bool test_torques(DeviceCheck& check, const std::atomic<bool>& stop) {
-  tell(fmt::format(
-      "torque test: it will turn with {:.0f} mN m about the axis to the right, then the one away from you, then the one up, for a "
-      "second each. Hold it lightly and let it turn. Type yes to begin, anything else to skip it:",
-      1e3 * check.test_torque_nm()));
+  tell(
+      fmt::format("torque test: it will turn with {:.0f} mN m about the axis to the right, then the one away from you, then the "
+                  "one up, for a "
+                  "second each. Hold it lightly and let it turn. Type yes to begin, anything else to skip it:",
+                  1e3 * check.test_torque_nm()));
   if (answer(check, stop) != "yes") {
     tell("the torque test was skipped");
     return true;
@@ -139,7 +140,8 @@ int check_device(const AppOptions& options, const std::atomic<bool>& stop) {
   watch(check, from_seconds(trial_s), stop);
   const bool can_push = device->caps().renders_force && check.test_force_n() > 0 && !stop && check.running();
   bool pushes_right = !can_push || test_forces(check, stop);
-  if (pushes_right && can_push && device->caps().renders_torque && !stop && check.running()) pushes_right = test_torques(check, stop);
+  if (pushes_right && can_push && device->caps().renders_torque && !stop && check.running())
+    pushes_right = test_torques(check, stop);
   const DeviceFigures figures = check.finish();
   fmt::print("{}", describe(figures, device->caps()));
   const std::vector<std::string> faults = faults_of(figures, device->caps());

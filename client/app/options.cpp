@@ -42,7 +42,8 @@ struct Typed {
 
 void declare_hands(CLI::App& app, TypedOfHands& typed) {
   app.add_option("--device", typed.devices,
-                 "sim: a simulated Phantom 1.5 in a simulated hand; sim6: the same, which turns and renders a torque; replay: the recorded motion, whatever the force; "
+                 "sim: a simulated Phantom 1.5 in a simulated hand; sim6: the same, which turns and renders a torque; replay: "
+                 "the recorded motion, whatever the force; "
                  "openhaptics[:NAME]: 3D "
                  "Systems Touch and Phantom; forcedimension[:NUMBER]: omega, delta, sigma, lambda, Falcon; inverse3[:ID]: "
                  "Haply Inverse3; hid[:WHICH]: force devices of the open HID profile, six-axis mice, PID joysticks "

@@ -196,8 +196,8 @@ void write_forces(const std::filesystem::path& file, const RunReport& run) {
     const TickRecord& tick = run.ticks->tick(row);
     const auto displays = run.ticks->row(row);
     const Vec3 &p = tick.position, &f = displays[0].wrench.force;
-    fmt::format_to(out, "{:.6f},{:.9f},{:.9f},{:.9f},{:.9g},{:.9g},{:.9g},{:.3f},{:d}", seconds(tick.t), p.x(), p.y(), p.z(), f.x(),
-                   f.y(), f.z(), tick.has_patch ? milliseconds(tick.patch_age) : -1.0, displays[0].contact);
+    fmt::format_to(out, "{:.6f},{:.9f},{:.9f},{:.9f},{:.9g},{:.9g},{:.9g},{:.3f},{:d}", seconds(tick.t), p.x(), p.y(), p.z(),
+                   f.x(), f.y(), f.z(), tick.has_patch ? milliseconds(tick.patch_age) : -1.0, displays[0].contact);
     for (const DisplayRecord& display : displays.subspan(1))
       fmt::format_to(out, ",{:.9g},{:.9g},{:.9g},{:d}", display.wrench.force.x(), display.wrench.force.y(),
                      display.wrench.force.z(), display.contact);

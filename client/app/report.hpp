@@ -32,8 +32,8 @@ struct RunReport {
 
 /// Writes the columns t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then
 /// SCHEME_fx_n,SCHEME_fy_n,SCHEME_fz_n,SCHEME_contact for every comparison. Where a patch asked for a torque,
-/// qx,qy,qz,qw (how the tool was held) and tx_nm,ty_nm,tz_nm follow, and SCHEME_tx_nm,... for every comparison. t_s is 0 at the start of the motion; patch_age_ms is
-/// -1 while there is no patch. Throws InputError when the file cannot be written.
+/// qx,qy,qz,qw (how the tool was held) and tx_nm,ty_nm,tz_nm follow, and SCHEME_tx_nm,... for every comparison. t_s is 0 at the
+/// start of the motion; patch_age_ms is -1 while there is no patch. Throws InputError when the file cannot be written.
 void write_forces(const std::filesystem::path& file, const RunReport& run);
 /// Writes the summary. Its key "run" says what was run: program, version, scheme (requested, felt, reason, changes and shares of
 /// patches where the server chose), order, scene, motion {file, hash}, device, server, station, seed, machine.

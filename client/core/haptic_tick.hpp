@@ -53,7 +53,8 @@ inline bool in_world(const Vec3& position) noexcept {
 }
 
 struct TickOutput {
-  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  ///< for the device to render, after the guard [N], about the tool point [N m]
+  Vec3 force = Vec3::Zero(),
+       torque = Vec3::Zero();  ///< for the device to render, after the guard [N], about the tool point [N m]
   Vec3 model_force = Vec3::Zero(), model_torque = Vec3::Zero();  ///< before the guard, without guidance
   NeedleTip tip;                                                 ///< of a needle, by the patch
   Vec3 guidance = Vec3::Zero();                                  ///< force of guidance before the guard [N]
@@ -77,7 +78,8 @@ inline constexpr Micros kValidMost{5'000'000}, kValidBeyondAge{1'000'000}, kRene
 double stiffness_of_port(const Patch& patch) noexcept;
 
 /// Returns the torsional stiffness that a patch shows to a hand about the tool point [N m/rad]: the largest eigenvalue of
-/// sum_j k_j (R a_j x n_j)(R a_j x n_j)^T over the contacts of the tool's body, with k_j those of stiffness_of_port. 0 for a point.
+/// sum_j k_j (R a_j x n_j)(R a_j x n_j)^T over the contacts of the tool's body, with k_j those of stiffness_of_port. 0 for a
+/// point.
 double torsion_of_port(const Patch& patch) noexcept;
 
 struct HapticCounts {

@@ -41,7 +41,7 @@ struct DeviceCaps {
   double torque_continuous_nm = 0;          ///< torque that it can hold indefinitely
   double torsion_stiffness_max_nm_rad = 0;  ///< stable rendering limit at 1 kHz
   double spin_max_rad_s = 0;                ///< a hand does not turn it faster
-  std::string model{};  ///< maker, model, serial number and driver as the device reports them, for reports
+  std::string model{};                      ///< maker, model, serial number and driver as the device reports them, for reports
 };
 
 enum class DeviceState : std::uint8_t {

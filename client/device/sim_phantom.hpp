@@ -13,13 +13,13 @@
 //
 //     (J_device + J_hand) w' = T - c_device w - k_wrist y + c_wrist (w_0 - w),        y = log(R R_0^-1)
 //
-// R is how the tool is held, R_0 how the hand intends to (upright without orientations), w and w_0 their rates of rotation [rad/s].
-// The inertia is the same about every axis. Without it the tool is held as intended.
+// R is how the tool is held, R_0 how the hand intends to (upright without orientations), w and w_0 their rates of rotation
+// [rad/s]. The inertia is the same about every axis. Without it the tool is held as intended.
 //
 // The equation is linear; with F constant and w linear inside a sub-step of at most 0.25 ms its Taylor series to 16th order is
-// exact to rounding, so only the stated quantisation and the sampling of w separate it from the closed form. Rotation is advanced in
-// the same way, with y' for w - w_0: exact about an axis that stays, else up to the second order in y, which is some hundredths of
-// a radian. The same seed and the same calls give the same bits.
+// exact to rounding, so only the stated quantisation and the sampling of w separate it from the closed form. Rotation is advanced
+// in the same way, with y' for w - w_0: exact about an axis that stays, else up to the second order in y, which is some
+// hundredths of a radian. The same seed and the same calls give the same bits.
 #pragma once
 
 #include <atomic>
@@ -52,7 +52,7 @@ struct SimPhantomOptions {
   double force_step_n = 0.07;       ///< 0 = not quantised
   double force_max_n = 8.5;         ///< Euclidean norm
   double release_s = std::numeric_limits<double>::infinity();  ///< motion time at which the hand releases the device
-  Hand hand_after_release = {};  ///< the grip from then on; all zero: none, otherwise the grip only loosens
+  Hand hand_after_release = {};        ///< the grip from then on; all zero: none, otherwise the grip only loosens
   std::optional<SimWrist> wrist = {};  ///< a hand that releases the device leaves it to turn freely
 };
 

@@ -96,9 +96,7 @@ Wrench Guard::clamped(const Wrench& wrench) noexcept {
   return limited(asked);
 }
 
-Wrench Guard::limited(const Wrench& wrench) const noexcept {
-  return limited_to(wrench, heat_.most_n(), torque_heat_.most_n());
-}
+Wrench Guard::limited(const Wrench& wrench) const noexcept { return limited_to(wrench, heat_.most_n(), torque_heat_.most_n()); }
 
 Wrench Guard::slewed(const Wrench& wrench, double dt_s) noexcept {
   const double time_s = std::min(dt_s, kSlewTickMaxS);

@@ -15,9 +15,10 @@
 //
 // Clamp: the peak, or what the motors can still sustain (motor_heat.hpp; those that turn the tool have an account of their own).
 // Slew: a tick allows slew_max_n_s and torque_slew_max_nm_s times its length, but at most times kSlewTickMaxS: a late tick is no
-// reason for a step. Ramp: a factor of the force, 1 in ordinary use. It is 0 after restart() and after a gap of more than kGapMaxS between two ticks, because what the device shows is then unknown:
-// the force begins at zero and is complete after kRampTicks. The ramp falls to zero within kStopTicks while the tool is faster
-// than velocity_max_m_s, or turns faster than spin_max_rad_s (over the last kSpeedTicks), and recovers as after a gap.
+// reason for a step. Ramp: a factor of the force, 1 in ordinary use. It is 0 after restart() and after a gap of more than
+// kGapMaxS between two ticks, because what the device shows is then unknown: the force begins at zero and is complete after
+// kRampTicks. The ramp falls to zero within kStopTicks while the tool is faster than velocity_max_m_s, or turns faster than
+// spin_max_rad_s (over the last kSpeedTicks), and recovers as after a gap.
 #pragma once
 
 #include <array>
@@ -43,18 +44,18 @@ struct GuardLimits {
   double stiffness_max_n_m = 0;   ///< a stiffer patch is scaled down to it (haptic_tick.hpp), 0 = not limited
   bool renders_torque = false;    ///< false: no torque; the limits below, 0 = not limited, do not matter
   double torque_max_nm = 0, torque_slew_max_nm_s = 0;
-  double torque_continuous_nm = 0;        ///< torque that the motors can hold indefinitely, 0 = the peak
-  double spin_max_rad_s = 0;              ///< limit of the tool's rate of rotation
+  double torque_continuous_nm = 0;          ///< torque that the motors can hold indefinitely, 0 = the peak
+  double spin_max_rad_s = 0;                ///< limit of the tool's rate of rotation
   double torsion_stiffness_max_nm_rad = 0;  ///< as stiffness_max_n_m
 };
 
 struct GuardCounts {
   std::uint64_t not_finite = 0, clamped = 0, slew_limited = 0, damped = 0;
-  std::uint64_t heat_limited = 0;  ///< subset of `clamped`: limited to less than the peak, because the motors were warm
-  std::uint64_t too_fast = 0;      ///< ticks in which the tool moved or turned faster than the device's limit
-  std::uint64_t restarts = 0;      ///< times that the force began at zero again
+  std::uint64_t heat_limited = 0;      ///< subset of `clamped`: limited to less than the peak, because the motors were warm
+  std::uint64_t too_fast = 0;          ///< ticks in which the tool moved or turned faster than the device's limit
+  std::uint64_t restarts = 0;          ///< times that the force began at zero again
   std::uint64_t torques_left_out = 0;  ///< ticks with a torque that the device cannot render
-  double energy_min_j = 0;         ///< lowest energy of the passivity observer; negative: the display was active
+  double energy_min_j = 0;             ///< lowest energy of the passivity observer; negative: the display was active
   // effect of the passivity controller
   double dissipated_j = 0;                     ///< energy that its damper took out of the hand's motion
   double damper_max_n = 0, damper_sum_n2 = 0;  ///< the force it added: largest norm; sum of squares over the damped ticks

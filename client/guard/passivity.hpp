@@ -6,12 +6,12 @@
 //
 //     E += -1/2 (F_before + F_now) . dx                 per tick, dx the tool's motion in the tick
 //
-// Of a tool that feels torque the account is that of both: - 1/2 (T_before + T_now) . dphi is added, dphi its rotation in the tick.
-// One account, because one contact may return through the torque what it was given through the force; two would damp that. F and
-// T / L make one vector, dx and L dphi another, so that F . dx + T . dphi is their product, and everything below holds for them as
-// it does for F and dx: the bounds on the energy are those of force and torque together. L = kLeverM only weighs one against the
-// other in |F|, in the displacement below and in the damper, whose inertia m L^2 about the tool point has to be no more than a
-// handle's. Without torque nothing depends on it.
+// Of a tool that feels torque the account is that of both: - 1/2 (T_before + T_now) . dphi is added, dphi its rotation in the
+// tick. One account, because one contact may return through the torque what it was given through the force; two would damp that.
+// F and T / L make one vector, dx and L dphi another, so that F . dx + T . dphi is their product, and everything below holds for
+// them as it does for F and dx: the bounds on the energy are those of force and torque together. L = kLeverM only weighs one
+// against the other in |F|, in the displacement below and in the damper, whose inertia m L^2 about the tool point has to be no
+// more than a handle's. Without torque nothing depends on it.
 //
 // F is the force on the tool as finally rendered, with the controller's own contribution and all limits. It is not known yet
 // while a tick is computed: the requested force and the damper of the previous tick stand in for it, and rendered() corrects

@@ -148,8 +148,8 @@ double DeviceCheck::test_force_n() const { return std::min(kTestMostN, kTestShar
 double DeviceCheck::test_torque_nm() const { return std::min(kTestMostNm, kTestShare * probe_->caps().torque_continuous_nm); }
 
 Yield DeviceCheck::push(int axis, const std::atomic<bool>& stop) {
-  return test(test_force_n() * Vec3::Unit(axis), kYieldM, [axis](const DeviceReading& reading) { return reading.position[axis]; },
-              stop);
+  return test(
+      test_force_n() * Vec3::Unit(axis), kYieldM, [axis](const DeviceReading& reading) { return reading.position[axis]; }, stop);
 }
 
 Yield DeviceCheck::twist(int axis, const std::atomic<bool>& stop) {
@@ -254,7 +254,9 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
     text += fmt::format("torque      peak {}, lasting {}, stiffness {}\n", known(caps.torque_max_nm, "N m"),
                         known(caps.torque_continuous_nm, "N m"), known(caps.torsion_stiffness_max_nm_rad, "N m/rad"));
   else if (caps.has_orientation)
-    text += "torque      none: it has no motors for it, or no limits of it are known; a tool with a body is felt by its force alone\n";
+    text +=
+        "torque      none: it has no motors for it, or no limits of it are known; a tool with a body is felt by its force "
+        "alone\n";
   text += fmt::format(
       "loop        {:.1f} ticks a second, {} late by more than 0.2 ms, {} skipped; woken late by (median) {} us, (99 %) {} us, "
       "(most) {} us\n",

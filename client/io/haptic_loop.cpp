@@ -131,7 +131,8 @@ bool HapticLoop::tick(Micros due) noexcept {
   }
   const Micros gap = due - std::exchange(last_due_, due), own_watchdog = device_.caps().watchdog;
   if (!halted && gap != due && seconds(gap) > Guard::kGapMaxS) begin_again(own_watchdog == Micros{} || gap < own_watchdog);
-  const ReadingFault fault = check_.look({reading.position, Rotation(reading.orientation)}, due, reading.share * wrench_.force.norm());
+  const ReadingFault fault =
+      check_.look({reading.position, Rotation(reading.orientation)}, due, reading.share * wrench_.force.norm());
   stats_.not_believed += fault != ReadingFault::none;
   note(fault == ReadingFault::none ? DeviceState::ok : DeviceState::fault, describe(fault));
   if (fault == ReadingFault::jumped) begin_again(true);
@@ -207,8 +208,15 @@ Orientation HapticLoop::orientation_of(const DeviceReading& reading) const noexc
 }
 
 void HapticLoop::record(Micros due, const DeviceReading& reading, const TickOutput& main) noexcept {
-  if (!recorder_.begin({due, reading.position, {main.model_force, main.model_torque}, main.patch_age, main.has_patch,
-                        main.swapped, main.hand_over_step_n, orientation_of(reading), reading.buttons}))
+  if (!recorder_.begin({due,
+                        reading.position,
+                        {main.model_force, main.model_torque},
+                        main.patch_age,
+                        main.has_patch,
+                        main.swapped,
+                        main.hand_over_step_n,
+                        orientation_of(reading),
+                        reading.buttons}))
     return;
   for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {reading.share * outputs_[i].wrench(), outputs_[i].contact});
   recorder_.end();

@@ -5,9 +5,9 @@
 //
 //     p_WT = c + s R p_DT,        R_WT = R R_DT,        F_D = g R^T F_W - w,        T_D = (g / s) R^T T_W
 //
-// p the tool point [m], F the force on the tool [N], T the torque about its point [N m], g the force scale, w the weight of the object in the hand, as it pulls at
-// the device [N, in D]: its opposite is added, so that the tool is weightless. The offset c maps a point of D, the centre, to the
-// scene's home, displaced by offset_m: c = home + offset - s R centre.
+// p the tool point [m], F the force on the tool [N], T the torque about its point [N m], g the force scale, w the weight of the
+// object in the hand, as it pulls at the device [N, in D]: its opposite is added, so that the tool is weightless. The offset c
+// maps a point of D, the centre, to the scene's home, displaced by offset_m: c = home + offset - s R centre.
 //
 // Forces are not scaled by default (g = 1): trainees learn how many newtons tissue needs, and these stay correct at any scale. A
 // body of stiffness K feels like g s K, and the power that the hand receives is (g / s) times that which the tool receives from

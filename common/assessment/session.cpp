@@ -44,7 +44,8 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
     for (const ToolSample& sample : path.samples) append(hand.path, {since_begin(sample.t), sample.position});
   }
   for (const RecordedTouch& touch : block.touches)
-    append(hand_of(session, recording.name_of(touch.station)).forces, {since_begin(touch.t), touch.force, touch.contact, Vec3::Zero()});
+    append(hand_of(session, recording.name_of(touch.station)).forces,
+           {since_begin(touch.t), touch.force, touch.contact, Vec3::Zero()});
   for (const RecordedEvent& event : block.events)
     if (event.kind == RecordedEventKind::reset) session.resets_s.push_back(since_begin(event.t));
   for (const RecordedNote& note : block.notes)

@@ -22,7 +22,8 @@ inline constexpr double kResampleHz = 100, kBandHz = 10, kLeastShare = 0.05, kHo
 inline constexpr double kOverN = 2;  ///< usual threshold
 
 struct SessionMetrics {
-  double duration_s = 0, contact_s = 0, force_peak_n = 0, force_mean_n = 0, torque_peak_nm = 0, over_s = 0, path_m = 0, speed_mean_m_s = 0;
+  double duration_s = 0, contact_s = 0, force_peak_n = 0, force_mean_n = 0, torque_peak_nm = 0, over_s = 0, path_m = 0,
+         speed_mean_m_s = 0;
   int contacts = 0, overs = 0;
   double sparc = 0;
 };

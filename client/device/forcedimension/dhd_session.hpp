@@ -3,9 +3,9 @@
 //     read position, orientation and buttons, exchange them for the newest force (driver_exchange.hpp), send the force.
 //
 // A force is sent in every turn, zero where there is none: gravity compensation is computed on the host and sent along with it,
-// so an arm without force commands sinks. Torque is sent to a device with an active wrist whose limit is known, else as zero, and the
-// grip always. The device's own
-// watchdog is armed: it switches the force off when the host, or this program, sends nothing for kWatchdog.
+// so an arm without force commands sinks. Torque is sent to a device with an active wrist whose limit is known, else as zero, and
+// the grip always. The device's own watchdog is armed: it switches the force off when the host, or this program, sends nothing
+// for kWatchdog.
 #pragma once
 
 #include "client/device/device.hpp"

@@ -1,8 +1,8 @@
 // The host's side of the force-device profile (docs/reference/hid-profile.md; firmware/force_hid.h has its bytes).
 //
 // Fields are found by usage, so a device may order, number and lengthen its reports freely. Positions arrive in nanometres and
-// become metres, forces leave in millinewtons and torques in micronewton metres, rounded to the nearest; the device's axes are those
-// of frame W. A device has a torque if it has the fields, says so in its features, and measures its orientation.
+// become metres, forces leave in millinewtons and torques in micronewton metres, rounded to the nearest; the device's axes are
+// those of frame W. A device has a torque if it has the fields, says so in its features, and measures its orientation.
 //
 // The host arms by an edge: it sends reports without ARM until the device reports READY, one more, and then ARM. After a time-out
 // of the device's watchdog that sequence restarts by itself. A fault is cleared kFaultHold after the device first reported it,

@@ -20,7 +20,7 @@ struct HidInput {
 
 struct HidCommand {
   Wrench wrench;       ///< on the tool, finite
-  bool armed = false;         ///< false: no force
+  bool armed = false;  ///< false: no force
   bool ramped = true;  ///< only while not armed: true ends the force over the device's ramp, if it has one; false ends it at once
 };
 

@@ -22,7 +22,8 @@ inline constexpr unsigned int kCallbackDone = 0, kCallbackContinue = 1;
 inline constexpr unsigned short kPriorityMax = 65535;
 
 namespace error {
-inline constexpr unsigned int kSuccess = 0, kInvalidEnum = 0x100, kInvalidValue = 0x101, kInvalidOperation = 0x102, kWarmMotors = 0x200, kExceededMaxForce = 0x201, kExceededMaxForceImpulse = 0x202,
+inline constexpr unsigned int kSuccess = 0, kInvalidEnum = 0x100, kInvalidValue = 0x101, kInvalidOperation = 0x102,
+                              kWarmMotors = 0x200, kExceededMaxForce = 0x201, kExceededMaxForceImpulse = 0x202,
                               kExceededMaxVelocity = 0x203, kForceError = 0x204, kDeviceFault = 0x300,
                               kDeviceAlreadyInitiated = 0x301, kCommError = 0x302, kCommConfigError = 0x303, kTimerError = 0x304;
 }

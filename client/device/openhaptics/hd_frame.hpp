@@ -3,8 +3,8 @@
 // D of HDAPI: x to the right, y up, z towards the person, millimetres, newtons. W: z up (docs/reference/frames-and-units.md), and
 // for a device that stands before a person: x to the right, y away from the person. So p_W = R_WD p_D with the rows
 //     W.x = D.x,   W.y = -D.z,   W.z = D.y.
-// A rotation, so a torque is converted like a force, to millinewton metres. The library states no point for it; it is taken to be that
-// of the position.
+// A rotation, so a torque is converted like a force, to millinewton metres. The library states no point for it; it is taken to be
+// that of the position.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -65,7 +65,7 @@ GuardLimits turning_limits() {
 
 }  // namespace
 
-TEST_CASE("A bar that a hand holds askew on a floor is turned flat by it, comes to rest there, and no tick is damped") {
+TEST_CASE("A bar that a hand holds askew and presses on a floor is turned by it, and comes to rest there undamped") {
   const Patch patch = bar_over_floor();
   // The hand means to hold the bar tilted about y by 0.15 rad, 4 mm below the surface.
   SimPhantomOptions hand;
@@ -75,8 +75,8 @@ TEST_CASE("A bar that a hand holds askew on a floor is turned flat by it, comes 
   const Vec3 wish = patch.tool - Vec3(0, 0, 0.004);
   MotionHolds holds;
   const Eigen::Quaterniond tilted(Eigen::AngleAxisd(0.15, Vec3::UnitY()));
-  for (int k = 0; k < 2; ++k) holds.orientations.emplace_back(tilted);
-  SimPhantom device(Motion({{0.0, wish}, {5.0, wish}}, holds, "askew"), hand);
+  for (int k = 0; k < 3; ++k) holds.orientations.emplace_back(tilted);
+  SimPhantom device(Motion({{0.0, wish + Vec3(0, 0, 0.01)}, {1.0, wish}, {5.0, wish}}, holds, "askew"), hand);
   Felt felt(limits_of(device.caps(), PassivityMode::on));
   felt.give(patch);
   TickOutput out;
@@ -96,11 +96,10 @@ TEST_CASE("A bar that a hand holds askew on a floor is turned flat by it, comes 
   };
   const double force = push(-1) + push(1);
   double torque = 0;
-  for (const double side : {-1.0, 1.0})
-    torque -= (device.turn() * Vec3(side * kBarHalfM, 0, kBarRadiusM)).x() * push(side);
+  for (const double side : {-1.0, 1.0}) torque -= (device.turn() * Vec3(side * kBarHalfM, 0, kBarRadiusM)).x() * push(side);
   CHECK(force == Approx(hand.hand.stiffness_n_m * (height + 0.004)).epsilon(1e-4));
   CHECK(torque == Approx(hand.wrist->stiffness_nm_rad * (angle - 0.15)).epsilon(1e-4));
-  CHECK(angle < 0.1);  // turned towards the floor
+  CHECK(angle < 0.13);  // turned towards the floor
   CHECK(out.torque.y() == Approx(torque).epsilon(1e-6));
   CHECK(felt.haptic.guard_counts().damped == 0);
 }
@@ -138,8 +137,7 @@ TEST_CASE("The torsional stiffness of a bar on a floor is that of two springs on
   Felt soft(limits);
   for (Felt* felt : {&whole, &soft}) felt->give(patch);
   for (int ms = 1; ms <= 100; ++ms) {
-    const ToolSample sample{kEpoch + ms * kTick, patch.tool - Vec3(0, 0, 2e-5 * ms),
-                            rotation_by(Vec3(0, 5e-4 * ms, 0))};
+    const ToolSample sample{kEpoch + ms * kTick, patch.tool - Vec3(0, 0, 2e-5 * ms), rotation_by(Vec3(0, 5e-4 * ms, 0))};
     const TickOutput all = whole.haptic.tick(sample), part = soft.haptic.tick(sample);
     CHECK((part.force - 0.25 * all.force).norm() < 1e-12);
     CHECK((part.torque - 0.25 * all.torque).norm() < 1e-15);
@@ -153,9 +151,7 @@ TEST_CASE("A reading that turns further than its device can is rejected where a 
     if (turns) options.wrist = SimWrist{};
     if (!turns) options.wrist.reset();
     ReadingCheck check(SimPhantom(Motion::rest(Vec3::Zero(), 1), options).caps());
-    const auto look = [&](int ms, double rad) {
-      return check.look({Vec3::Zero(), rotation_by(Vec3(0, 0, rad))}, ms * kTick, 0);
-    };
+    const auto look = [&](int ms, double rad) { return check.look({Vec3::Zero(), rotation_by(Vec3(0, 0, rad))}, ms * kTick, 0); };
     CHECK(look(1, 0) == ReadingFault::none);
     CHECK(look(2, 0.055) == ReadingFault::none);  // 30 rad/s twice over allow 0.06
     CHECK(look(3, 0.12) == (turns ? ReadingFault::jumped : ReadingFault::none));

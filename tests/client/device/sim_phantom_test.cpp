@@ -226,7 +226,8 @@ TEST_CASE("A device that turns answers a step of torque about any axis as the da
   }
 }
 
-TEST_CASE("Released, it turns freely, and its torque is rendered in steps, within its limit and in proportion to its force", "[device]") {
+TEST_CASE("Released, it turns freely, and its torque is rendered in steps, within its limit and in proportion to its force",
+          "[device]") {
   SimPhantomOptions options = exact(*palpate::hand_from_name("firm"));
   options.wrist = palpate::SimWrist{};
   options.release_s = 0;

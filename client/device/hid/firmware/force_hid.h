@@ -8,16 +8,16 @@
 //
 //     force_hid_init(&core, &limits);                                  // once
 //     on an OUT report:         force_hid_receive(&core, bytes, size, now_us);
-//     every control period:     force_hid_step(&core, &sensors, now_us, force_mn, torque_unm);   // then motors: tau = J^T of both
-//     on every IN interval:     size = force_hid_input_report(&core, bytes);
-//     on GET_REPORT(feature):   size = force_hid_feature_report(&core, bytes);
+//     every control period:     force_hid_step(&core, &sensors, now_us, force_mn, torque_unm);   // then motors: tau = J^T of
+//     both on every IN interval:     size = force_hid_input_report(&core, bytes); on GET_REPORT(feature):   size =
+//     force_hid_feature_report(&core, bytes);
 //
 // Calls must not interrupt each other: where receive() runs in an interrupt, mask it during step().
 //
 // step() guarantees, whatever bytes arrived: force and torque are zero unless the state is ARMED, the torque also without
 // FORCE_HID_FEATURE_TORQUE; the norm of each is at most its peak, and falls to the continuous one as the motors warm (see
-// force_hid_limits); both are scaled by one factor, which keeps the line of action; after watchdog_ms without a fresh report it is zero until
-// the host has disarmed and armed again.
+// force_hid_limits); both are scaled by one factor, which keeps the line of action; after watchdog_ms without a fresh report it
+// is zero until the host has disarmed and armed again.
 #ifndef PALPATE_FORCE_HID_H
 #define PALPATE_FORCE_HID_H
 
@@ -45,9 +45,9 @@ enum {
   FORCE_HID_STATE = 0x1B,          // force_hid_state
   FORCE_HID_TAKEN = 0x1C,          // sequence of the newest accepted output report
   // output
-  FORCE_HID_COMMAND = 0x20,  // counter of output reports, wraps
-  FORCE_HID_FLAGS = 0x21,    // FORCE_HID_FLAG_...
-  FORCE_HID_FORCE_X = 0x22,  // [mN]; Y, Z follow
+  FORCE_HID_COMMAND = 0x20,   // counter of output reports, wraps
+  FORCE_HID_FLAGS = 0x21,     // FORCE_HID_FLAG_...
+  FORCE_HID_FORCE_X = 0x22,   // [mN]; Y, Z follow
   FORCE_HID_TORQUE_X = 0x25,  // about the position [uN m]; Y, Z follow; optional
   // feature
   FORCE_HID_MAJOR = 0x30,

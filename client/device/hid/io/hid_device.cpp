@@ -74,9 +74,7 @@ DeviceReading HidDevice::read(Micros now) noexcept {
   return reading;
 }
 
-void HidDevice::write(const Wrench& wrench) noexcept {
-  command({was_ok_ ? finite_parts(wrench) : Wrench(), was_ok_, true});
-}
+void HidDevice::write(const Wrench& wrench) noexcept { command({was_ok_ ? finite_parts(wrench) : Wrench(), was_ok_, true}); }
 
 void HidDevice::stop() noexcept { command({{}, false, false}); }
 

@@ -244,8 +244,9 @@ TEST_CASE("Through the profile a simulated Phantom feels what it feels without: 
   CHECK(most > 0);
 }
 
-TEST_CASE("A device that turns has its torque's limits and feels it rounded to the micronewton metre, and none without the feature",
-          "[hid]") {
+TEST_CASE(
+    "A device that turns has its torque's limits and feels it rounded to the micronewton metre, and none without the feature",
+    "[hid]") {
   Bench bench(palpate::test::turning_limits());
   CHECK(bench.caps.renders_torque);
   CHECK(bench.caps.torque_max_nm == Approx(0.3));

@@ -86,8 +86,8 @@ inline std::vector<std::vector<std::byte>> known_descriptors() {
   return all;
 }
 
-/// A feature report of a device of the profile, without its id, and three bytes that shift the following ones: 77 has no factor in
-/// common with the length of a short report, so that each of its bytes is everywhere once.
+/// A feature report of a device of the profile, without its id, and three bytes that shift the following ones: 77 has no factor
+/// in common with the length of a short report, so that each of its bytes is everywhere once.
 inline std::vector<std::byte> known_words() {
   BenchDevice device;
   std::array<std::uint8_t, FORCE_HID_FEATURE_BYTES> feature{};

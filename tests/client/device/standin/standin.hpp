@@ -36,21 +36,22 @@ enum class StandinFault : std::uint8_t {
   no_torque        ///< its library does not know how to render a torque
 };
 inline constexpr std::string_view kStandinFaults[] = {
-    "none",   "no_device", "not_calibrated", "hot", "force_limit",  "velocity_limit", "lost",
-    "silent", "blocks",    "jump",           "nan", "other_thread", "button_off",     "mirrored", "no_torque"};
+    "none", "no_device", "not_calibrated", "hot",        "force_limit", "velocity_limit", "lost", "silent", "blocks",
+    "jump", "nan",       "other_thread",   "button_off", "mirrored",    "no_torque"};
 
 /// One millisecond of the device, frame W.
 struct StandinTick {
   Vec3 position = Vec3::Zero();  ///< tool position before quantisation of the reading [m]
   Vec3 force = Vec3::Zero();     ///< rendered from this tick to the next [N]
   Rotation turn = Rotation::Identity();
-  Vec3 torque = Vec3::Zero();    ///< rendered likewise [N m]
+  Vec3 torque = Vec3::Zero();  ///< rendered likewise [N m]
 };
 
 class Standin {
  public:
   virtual ~Standin() = default;
-  /// Starts a new arm in a new hand, one with motors for rotation where `hand` has a wrist, without faults, while no device is open. Its motion starts with the first tick.
+  /// Starts a new arm in a new hand, one with motors for rotation where `hand` has a wrist, without faults, while no device is
+  /// open. Its motion starts with the first tick.
   virtual void begin(const Motion& intention, const SimPhantomOptions& hand) = 0;
   /// The hand rests at the start of its motion until start(), which gives the time since the start at the next tick.
   virtual void wait_for_start() = 0;

@@ -165,8 +165,7 @@ DHD_API int dhdGetOrientationFrame(double m[3][3], char id) { return dhd().orien
 DHD_API bool dhdHasActiveWrist(char) { return dhd().active_wrist(); }
 DHD_API int dhdSetMaxTorque(double, char) { return 0; }
 DHD_API unsigned int dhdGetButtonMask(char) { return dhd().pressed(); }
-DHD_API int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double tx, double ty, double tz, double,
-                                               char id) {
+DHD_API int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double tx, double ty, double tz, double, char id) {
   return dhd().force(x, y, z, tx, ty, tz, id);
 }
 DHD_API int dhdSetGravityCompensation(int on, char) { return dhd().gravity(on); }
