@@ -49,7 +49,7 @@ CellTable<LumpCell> lump_table() {
 
 LumpCells lump_cells(bool quick) {
   const std::vector<double> ratios = quick ? std::vector<double>{4, 30} : std::vector<double>{2, 4, 10, 30},
-                            diameters = quick ? std::vector<double>{8, 16, 24} : std::vector<double>{6, 9, 12, 16, 20, 24};
+                            diameters = quick ? std::vector<double>{8, 16, 24} : std::vector<double>{8, 10, 12, 16, 20, 24};
   LumpCells bodies = crossed(crossed(LumpCells(1), &LumpCell::ratio, ratios), &LumpCell::diameter_mm, diameters);
   bodies.insert(bodies.begin(), LumpCell());
   LumpCells cells = bodies;

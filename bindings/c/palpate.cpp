@@ -15,6 +15,7 @@
 #include "common/base/error.hpp"
 #include "common/player/player.hpp"
 #include "server/body/unload.hpp"
+#include "server/io/threaded_server.hpp"
 
 struct palpate_scene {
   palpate::Scene scene;
@@ -29,6 +30,9 @@ struct palpate_player {
 };
 struct palpate_client {
   palpate::LiveStation station;
+};
+struct palpate_server {
+  palpate::ThreadedServer server;
 };
 struct palpate_viewer {
   palpate::LiveViewer viewer;
@@ -124,6 +128,19 @@ const StationFrame& tool_of(const palpate_body& body, std::uint32_t id) {
   for (const StationFrame& tool : body.frame.stations)
     if (tool.id == id) return tool;
   throw InputError("tool " + std::to_string(id), "was not in the last step", "the number of one that was");
+}
+
+std::vector<NamedScene> rooms_of(const palpate_server_options& o) {
+  if (o.rooms < 1 || o.rooms > 64) throw InputError("rooms", "is " + std::to_string(o.rooms), "1 to 64");
+  std::vector<NamedScene> rooms;
+  for (std::size_t k = 0; k < o.rooms; ++k) {
+    const std::string where = "scenes[" + std::to_string(k) + "]";
+    const Scene& scene = needed((&needed(o.scenes, "scenes"))[k], where.c_str()).scene;
+    const std::string name = o.names ? &needed(o.names[k], "a name of names") : scene.name;
+    check_room_name(where, name, rooms);
+    rooms.push_back({name, scene});
+  }
+  return rooms;
 }
 
 const ViewMoment& moment_of(const palpate_viewer* viewer) {
@@ -252,6 +269,25 @@ int palpate_client_tick(palpate_client* client, const double position[3], palpat
     put(now.force, out.force_n);
     write(out, *tick);
   });
+}
+
+int palpate_server_start(const palpate_server_options* options, palpate_server** server) {
+  return guarded([&] {
+    const palpate_server_options o = read(needed(options, "options"));
+    const ThreadedServerOptions usual;
+    palpate_server*& made = needed(server, "server");
+    const std::vector<NamedScene> rooms = rooms_of(o);
+    const ThreadedServerOptions serving{text_or(o.listen, usual.listen), text_or(o.key_file, ""),
+                                        o.rate_hz == 0 ? usual.rate_hz : o.rate_hz};
+    made = new palpate_server{ThreadedServer(rooms, serving)};
+  });
+}
+void palpate_server_free(palpate_server* server) { delete server; }
+int palpate_server_address(const palpate_server* server, const char** address) {
+  return guarded([&] { needed(address, "address") = needed(server, "server").server.address().c_str(); });
+}
+int palpate_server_check(const palpate_server* server) {
+  return guarded([&] { needed(server, "server").server.check(); });
 }
 
 int palpate_viewer_join(const palpate_viewer_options* options, palpate_viewer** viewer) {

@@ -1,5 +1,5 @@
-/* Palpate for programs in C, and in every language that calls C: bodies and patches in this process, a station and a viewer at a
- * server. Link with -lpalpate.
+/* Palpate for programs in C, and in every language that calls C: bodies and patches in this process, a server, a station and a
+ * viewer at a server. Link with -lpalpate.
  *
  * Units: metres, newtons, seconds; times of bodies in microseconds. Vectors are three doubles x, y, z in frame W; forces act on
  * the tool. Arrays of vectors are x0, y0, z0, x1, ...
@@ -146,6 +146,30 @@ int palpate_client_home(const palpate_client* client, double home[3]);
 /* The tick of the present millisecond, with the tool at `position`: call it every millisecond. In the millisecond of the last
  * tick it gives that again. A position that is not finite or beyond 10 m counts as a tool that stands still. */
 int palpate_client_tick(palpate_client* client, const double position[3], palpate_tick* tick);
+
+/* --- a server of bodies in this process
+ * ------------------------------------------------------------------------------------------ */
+
+typedef struct palpate_server palpate_server;
+
+typedef struct palpate_server_options {
+  uint32_t size;
+  uint32_t rooms;                     /* number of rooms, 1 to 64 */
+  const palpate_scene* const* scenes; /* one a room; they may be freed after the call */
+  const char* const* names;           /* names of the rooms, one each; null: those of the scenes */
+  const char* listen;                 /* HOST:PORT for UDP, port 0: a free one; null: "127.0.0.1:0" */
+  const char* key_file;               /* keys of the site (palpate-key new); null: none, for this machine alone */
+  double rate_hz;                     /* frames a second, 1 to 1000; 0: 20 */
+} palpate_server_options;
+
+/* Listens, and serves stations and viewers on threads of the library, as palpate-server does, without a recording. */
+int palpate_server_start(const palpate_server_options* options, palpate_server** server);
+/* Says goodbye to the stations and ends. */
+void palpate_server_free(palpate_server* server);
+/* The address at which it listens, as "127.0.0.1:47800". Until _free(). */
+int palpate_server_address(const palpate_server* server, const char** address);
+/* PALPATE_FAILED when no body could continue, with the reason: nobody is served any more. */
+int palpate_server_check(const palpate_server* server);
 
 /* --- a viewer at a server
  * ---------------------------------------------------------------------------------------------------------- */

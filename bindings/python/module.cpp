@@ -13,6 +13,7 @@ PYBIND11_MODULE(_palpate, module) {
   add_scene(module);
   add_patch(module);
   add_room(module);
+  add_rooms(module);
   add_task(module);
   add_motion(module);
   add_replay(module);

@@ -8,6 +8,7 @@ namespace palpate::python {
 void add_scene(pybind11::module_& module);
 void add_patch(pybind11::module_& module);
 void add_room(pybind11::module_& module);
+void add_rooms(pybind11::module_& module);
 void add_task(pybind11::module_& module);
 void add_motion(pybind11::module_& module);
 void add_replay(pybind11::module_& module);

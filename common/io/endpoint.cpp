@@ -78,6 +78,12 @@ UdpSocket open_udp_towards(asio::io_context& io, const UdpEndpoint& server) {
   return socket;
 }
 
+bool is_loopback(const UdpEndpoint& endpoint) {
+  const asio::ip::address address = endpoint.address();
+  const bool mapped = address.is_v6() && address.to_v6().is_v4_mapped();
+  return mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback() : address.is_loopback();
+}
+
 std::string to_string(const UdpEndpoint& endpoint) {
   const std::string address = endpoint.address().to_string();
   return (endpoint.address().is_v6() ? '[' + address + ']' : address) + ':' + std::to_string(endpoint.port());

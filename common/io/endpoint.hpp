@@ -37,6 +37,9 @@ UdpSocket bind_udp(asio::io_context& io, std::string_view where, const UdpEndpoi
 /// Returns a socket for talking to `server` from any free port of this machine.
 UdpSocket open_udp_towards(asio::io_context& io, const UdpEndpoint& server);
 
+/// True for an address that only programs of this machine reach.
+bool is_loopback(const UdpEndpoint& endpoint);
+
 /// Returns for example "127.0.0.1:4711" or "[::1]:4711".
 std::string to_string(const UdpEndpoint& endpoint);
 

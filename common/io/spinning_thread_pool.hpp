@@ -5,6 +5,7 @@
 // thread from piece to piece, which keeps its caches warm.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <thread>
@@ -23,6 +24,8 @@ class SpinningThreadPool final : public ThreadPool {
   SpinningThreadPool(const SpinningThreadPool&) = delete;
   SpinningThreadPool& operator=(const SpinningThreadPool&) = delete;
 
+  /// Number of processors of this machine, 1 if it is unknown.
+  static std::size_t processors() { return std::max(1u, std::thread::hardware_concurrency()); }
   std::size_t size() const override { return helpers_.size() + 1; }
   /// Runs at most kMostParts parts.
   void run(std::size_t parts, const std::function<void(std::size_t)>& work) override;

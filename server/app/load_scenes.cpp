@@ -5,8 +5,6 @@
 #include <filesystem>
 
 #include "common/base/error.hpp"
-#include "common/base/in_quotes.hpp"
-#include "common/base/limits.hpp"
 #include "server/app/describe.hpp"
 #include "server/body/unload.hpp"
 #include "server/scene/scene.hpp"
@@ -26,13 +24,7 @@ std::vector<NamedScene> load_scenes(const ServerFlags& o) {
     Scene scene = open_scene(file, o.mesh_folders);
     if (name.empty()) name = scene.name;
     if (name.empty() && o.scenes.size() > 1) throw InputError("--scene " + given, "the room has no name", "NAME=FILE");
-    if (name.size() > static_cast<std::size_t>(kMaxNameBytes))
-      throw InputError("--scene " + given, "the room's name is too long", fmt::format("up to {} bytes", kMaxNameBytes));
-    if (!is_plain_name(name))
-      throw InputError("--scene " + given, "the room's name is " + in_quotes(name, '\''), kNameCharacters);
-    for (const NamedScene& other : scenes)
-      if (other.name == name)
-        throw InputError("--scene " + given, "there is a room \"" + name + "\" already", "another name: NAME=" + file);
+    check_room_name("--scene " + given, name, scenes);
     scenes.push_back({name, std::move(scene)});
     if (!o.has_record) continue;
     scenes.back().file = std::filesystem::absolute(file).lexically_normal().string();

@@ -38,14 +38,9 @@ void end_while_loading() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { std::_Exit(0); });
 }
 
-bool is_loopback(const asio::ip::address& address) {
-  const bool mapped = address.is_v6() && address.to_v6().is_v4_mapped();
-  return mapped ? asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback() : address.is_loopback();
-}
-
 /// Refuses to listen beyond this machine without keys, unless --insecure is given.
 void check_reach(const ServerFlags& flags) {
-  if (flags.has_keys || flags.insecure || is_loopback(resolve_udp("--listen", flags.listen).address())) return;
+  if (flags.has_keys || flags.insecure || is_loopback(resolve_udp("--listen", flags.listen))) return;
   throw InputError("--listen " + flags.listen, "would admit anyone who reaches the port",
                    "--keys FILE (palpate-key new FILE makes one), or --insecure");
 }
@@ -103,7 +98,7 @@ class Serving {
 
   void say_metrics() {
     say("metrics", "metrics at http://" + metrics_->address() + "/metrics");
-    if (!is_loopback(resolve_udp("--metrics", flags_.metrics).address()))
+    if (!is_loopback(resolve_udp("--metrics", flags_.metrics)))
       say("metrics", "warning: --metrics: anyone who reaches that address may read the metrics and block other readers",
           EventLevel::warning);
   }

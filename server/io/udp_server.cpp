@@ -8,6 +8,10 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/base/error.hpp"
+#include "common/base/in_quotes.hpp"
+#include "common/base/limits.hpp"
+#include "common/base/plain_text.hpp"
 #include "common/io/channel_endpoint.hpp"
 #include "common/io/monotonic.hpp"
 #include "common/io/processor_time.hpp"
@@ -54,6 +58,14 @@ std::vector<ServerRooms::RoomSpec> specs_of(const std::vector<NamedScene>& scene
 }
 
 }  // namespace
+
+void check_room_name(const std::string& where, const std::string& name, const std::vector<NamedScene>& others) {
+  if (name.size() > static_cast<std::size_t>(kMaxNameBytes))
+    throw InputError(where, "the room's name is too long", fmt::format("up to {} bytes", kMaxNameBytes));
+  if (!is_plain_name(name)) throw InputError(where, "the room's name is " + in_quotes(name, '\''), kNameCharacters);
+  for (const NamedScene& other : others)
+    if (other.name == name) throw InputError(where, "there is a room \"" + name + "\" already", "another name (NAME=FILE)");
+}
 
 UdpServer::RoomWorker::RoomWorker(const Scene& scene, std::size_t threads) : step_pool(threads), room(scene) {
   room.use_threads(step_pool);

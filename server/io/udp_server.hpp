@@ -51,6 +51,9 @@ struct NamedScene {
   std::string file = {}, text = {};  ///< for a recording: the scene's file and its text with all defaults
 };
 
+/// Throws InputError, with `where`, for a name that a room beside these cannot have.
+void check_room_name(const std::string& where, const std::string& name, const std::vector<NamedScene>& others);
+
 struct RecordOptions {
   std::string file;       ///< empty: none; with several rooms each gets its own, named_after() the room
   double shapes_hz = 10;  ///< surface shapes per second [Hz], 0: none

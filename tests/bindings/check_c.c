@@ -168,11 +168,55 @@ static void errors(palpate_body* body, const char* scene_file) {
   palpate_viewer_free(NULL);
 }
 
+/* A server of two rooms in this process: a station pulls in one, a viewer sees it. */
+static void serve(const char* scene_file) {
+  palpate_scene* scene;
+  EXPECT(palpate_scene_open(scene_file, &scene) == PALPATE_OK);
+  const palpate_scene* scenes[2] = {scene, scene};
+  const char *names[2] = {"left", "right"}, *same[2] = {"left", "left"}, *address;
+  palpate_server* server;
+  palpate_server_options options = {.size = sizeof options, .rooms = 2, .scenes = scenes, .names = same};
+  EXPECT(palpate_server_start(NULL, &server) == PALPATE_BAD_INPUT && palpate_server_address(NULL, &address) == PALPATE_BAD_INPUT);
+  EXPECT(palpate_server_start(&options, &server) == PALPATE_BAD_INPUT && strstr(palpate_error(), "there is a room \"left\""));
+  options.names = names;
+  options.listen = "0.0.0.0:0";
+  EXPECT(palpate_server_start(&options, &server) == PALPATE_BAD_INPUT && strstr(palpate_error(), "key_file"));
+  options.listen = NULL;
+  options.rate_hz = -1;
+  EXPECT(palpate_server_start(&options, &server) == PALPATE_BAD_INPUT && strstr(palpate_error(), "rate_hz"));
+  options.rate_hz = 0;
+  EXPECT(palpate_server_start(&options, &server) == PALPATE_OK);
+  palpate_scene_free(scene);
+  EXPECT(palpate_server_address(server, &address) == PALPATE_OK && strncmp(address, "127.0.0.1:", 10) == 0);
+  palpate_client* client;
+  palpate_viewer* viewer;
+  const palpate_client_options joining = {.size = sizeof joining, .server = address, .station = "hand", .room = "right"};
+  const palpate_viewer_options viewing = {.size = sizeof viewing, .server = address, .room = "right"};
+  double home[3];
+  palpate_tick tick = {.size = sizeof tick};
+  EXPECT(palpate_client_join(&joining, &client) == PALPATE_OK && palpate_client_wait(client, 30) == PALPATE_OK);
+  EXPECT(palpate_client_home(client, home) == PALPATE_OK);
+  EXPECT(palpate_viewer_join(&viewing, &viewer) == PALPATE_OK && palpate_viewer_wait(viewer, 30) == PALPATE_OK);
+  size_t tools = 0;
+  for (int k = 0; k < 1000 && tools == 0; ++k) {
+    int32_t shown;
+    EXPECT(palpate_client_tick(client, home, &tick) == PALPATE_OK);
+    EXPECT(palpate_viewer_update(viewer, 0.02, &shown) == PALPATE_OK);
+    EXPECT(palpate_viewer_tools(viewer, &tools) == PALPATE_OK);
+  }
+  EXPECT(tools == 1 && palpate_server_check(server) == PALPATE_OK);
+  palpate_server_free(server);
+  palpate_client_free(client);
+  palpate_viewer_free(viewer);
+  palpate_server_free(NULL);
+}
+
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
   EXPECT(strlen(palpate_version()) >= 5 && palpate_error()[0] == 0);
   palpate_body* body = press(argv[1], argv[2]);
   errors(body, argv[1]);
   palpate_body_free(body);
+  serve(argv[1]);
   return 0;
 }

@@ -123,6 +123,67 @@ for thread in threads:
     thread.join()
 assert len(results) == 8 and all(np.array_equal(alone, seen) for seen in results.values()), "eight in threads are eight alone"
 
+
+
+def single(task, seed, steps, actions, **arguments):
+    """Every observation, reward and end of one environment that begins anew when it has ended."""
+    env = task(**arguments)
+    observation, _ = env.reset(seed=seed)
+    seen = [(observation, 0.0, False, False)]
+    for action in actions[:steps]:
+        observation, reward, terminated, truncated, _ = env.step(action)
+        if terminated or truncated:
+            observation, _ = env.reset()
+        seen.append((observation, reward, terminated, truncated))
+    return [np.array(column) for column in zip(*seen)]
+
+
+def check_vector(task, policy, steps, threads, **arguments):
+    """Three environments at once have the bits of three alone, whatever ends when."""
+    envs = palpate.env.Vector(task, 3, threads=threads, **arguments)
+    assert envs.unwrapped is envs and envs.observation_space.shape == (3, *envs.single_observation_space.shape)
+    random = np.random.default_rng(7)
+    observations, infos = envs.reset(seed=5)
+    seen, taken, ends = [(observations, np.zeros(3), np.zeros(3, bool), np.zeros(3, bool))], [], 0
+    for _ in range(steps):
+        actions = np.array([policy(row) for row in observations])
+        actions[2] = random.uniform(-1, 1, actions[2].shape)  # one that wanders
+        assert envs.action_space.contains(np.clip(actions, -1, 1))
+        observations, rewards, terminated, truncated, infos = envs.step(actions)
+        assert observations.shape == envs.observation_space.shape and not infos["failed"].any()
+        ended = terminated | truncated
+        if ended.any():
+            ends += int(ended.sum())
+            assert np.array_equal(infos["_final_obs"], ended)
+            assert np.array_equal(infos["final_obs"][~ended], observations[~ended])
+            assert infos["final_obs"][ended][:, :3].any() and not observations[ended][:, :6].any(), "at home again, without force"
+        seen.append((observations, rewards, terminated, truncated))
+        taken.append(actions)
+    assert ends > 0, task
+    for k in range(3):
+        for column, alone_seen in enumerate(single(task, 5 + k, steps, [actions[k] for actions in taken], **arguments)):
+            together = np.array([row[column][k] for row in seen])
+            assert np.array_equal(together, alone_seen), (task, k, column)
+
+
+check_vector(palpate.env.Press, down_to(press, 1.0), 300, 2, scene=scene)
+check_vector(palpate.env.Reach, over_place, 150, 1, scene=scene)
+check_vector(palpate.env.Pinch, lambda o: np.array([0, 0, np.clip(o[6] / 0.01, -0.2, 0.2)]), 260, 3, scene=palpate.Scene(places.scene("cube6")))
+check_vector(palpate.env.FindLump, lambda o: np.array([0, 0, -1, 1.0 if o[3:6].any() else -1]), 40, 2)
+try:
+    palpate.Rooms(scene, 0)
+    raise AssertionError("no error")
+except palpate.InputError as error:
+    assert "count: is 0" in str(error) and "1 to 4096" in str(error), error
+rooms = palpate.Rooms(scene, 2, threads=2)
+for bad, text in (((np.zeros((3, 3)), np.zeros((2, 3)), 20), "positions: has 3 rows"), ((np.zeros((2, 3)), np.full((2, 3), 20.0), 20), "leaves the world"),
+                  ((np.zeros((2, 3)), np.zeros((2, 3)), 0), "ticks: is 0")):
+    try:
+        rooms.step(*bad)
+        raise AssertionError("no error")
+    except palpate.InputError as error:
+        assert text in str(error), error
+
 try:
     palpate.env.find_scene("no-such-scene")
     raise AssertionError("no error")

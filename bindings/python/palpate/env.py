@@ -8,21 +8,30 @@ An action moves the tool: (3,), each from -1 to 1, times max_speed * step_s metr
 body is step_s long; its force is the full model's at the end. Episodes end in success (terminated) or after max_steps (truncated). One environment is for
 one thread at a time; several in several threads run side by side.
 
-With gymnasium installed these are gymnasium.Env and their spaces gymnasium.spaces.Box. Without it, Box below has what they need.
+Many at once, stepped by threads of C++ with one call:
+
+    envs = Vector(Press, 8, target_n=1.0)
+    observations, infos = envs.reset(seed=1)
+    observations, rewards, terminated, truncated, infos = envs.step(envs.action_space.sample())
+
+With gymnasium installed these are gymnasium.Env and gymnasium.vector.VectorEnv, and their spaces gymnasium.spaces.Box. Without it, Box
+below has what they need.
 """
 
+import concurrent.futures
 import json
-import math
 import pathlib
 
 import numpy as np
 
-from . import InputError, Room, Scene, TaskScorer
+from . import InputError, Room, Rooms, Scene, TaskScorer
 
 try:
     import gymnasium
 
-    Base, Box = gymnasium.Env, gymnasium.spaces.Box
+    Base, Box, VectorBase = gymnasium.Env, gymnasium.spaces.Box, gymnasium.vector.VectorEnv
+    _modes = getattr(gymnasium.vector, "AutoresetMode", None)  # from 1.1 on
+    AUTORESET = {"autoreset_mode": _modes.SAME_STEP} if _modes else {}
 except ImportError:
 
     class Base:
@@ -36,6 +45,20 @@ except ImportError:
                 self.np_random = np.random.default_rng(seed)
 
         def close(self):
+            pass
+
+        @property
+        def unwrapped(self):
+            return self
+
+    AUTORESET = {}
+
+    class VectorBase:
+        """What gymnasium.vector.VectorEnv gives, as far as Vector uses it."""
+
+        metadata = {}
+
+        def close(self, **arguments):
             pass
 
         @property
@@ -72,6 +95,12 @@ def find_scene(name):
     raise InputError(f'scene "{name}": is in neither of {", ".join(map(str, SCENES))}; expected the package palpate-data, or a Scene')
 
 
+def norm(vectors):
+    """Returns the length of x, y, z, numbers or arrays, with the same bits for both."""
+    x, y, z = vectors
+    return np.sqrt(x * x + y * y + z * z)
+
+
 class Touch(Base):
     """A tool on a body. Tasks add a target, a reward and an end.
 
@@ -79,6 +108,8 @@ class Touch(Base):
     """
 
     extra = 0  # numbers of the task
+    # Names of what begin() sets, where numbers() and judge() also hold for arrays, of environments of one scene: Vector calls them once.
+    drawn = None
 
     def __init__(self, scene=None, *, step_s=0.02, max_speed=0.1, max_steps=250):
         self.scene = scene if scene is not None else Scene(find_scene("touch-cube"))
@@ -91,22 +122,27 @@ class Touch(Base):
     def reset(self, *, seed=None, options=None):
         """Takes a body at rest, with the tool at scene.home; draws the task's numbers. Returns (observation, info)."""
         super().reset(seed=seed)
+        self.place_at_home(options)
+        self._room = Room(self.scene)  # a body that was used and reset differs from it in the last digits
+        return self.observation(), {}
+
+    def place_at_home(self, options):
+        """Draws scene and task of an episode, and puts the tool at scene.home."""
         self.scene = self.drawn_scene()
         self._home = np.array(self.scene.home)
         self._top = self._home - [0, 0, 0.02]
-        self._room = Room(self.scene)  # a body that was used and reset differs from it in the last digits
         self.tool, self.force, self.force_n, self.contact, self.steps = np.array(self._home), np.zeros(3), 0.0, False, 0
         self.begin(options or {})
-        return self.observation(), {}
 
     def step(self, action):
         """Moves the tool and the body. Returns (observation, reward, terminated, truncated, info)."""
-        by = np.minimum(np.maximum(action, -1.0), 1.0) * (self.max_speed * self.step_s)
+        self.heed(action)
+        by = np.minimum(np.maximum(action[:3], -1.0), 1.0) * (self.max_speed * self.step_s)
         frame = self._room.step(self.tool + self._share * by, patches=False, shape=False)
         self.tool = self.tool + by
         tool = frame.tool()
         self.force, self.contact = tool.force.copy(), tool.contact
-        self.force_n = math.sqrt(self.force @ self.force)
+        self.force_n = norm(self.force)
         self.steps += 1
         reward, done = self.judge()
         return self.observation(), float(reward), bool(done), self.steps >= self.max_steps, {"failed": frame.failed}
@@ -125,8 +161,11 @@ class Touch(Base):
     def begin(self, options):
         """Draws what the task needs, from self.np_random."""
 
+    def heed(self, action):
+        """Takes from an action what is not motion."""
+
     def numbers(self):
-        """The task's part of the observation: `extra` numbers."""
+        """The task's part of the observation: `extra` numbers. Reads tool and force, (3,), force_n, contact, steps."""
         return ()
 
     def judge(self):
@@ -141,18 +180,19 @@ class Reach(Touch):
     """
 
     extra = 2
+    drawn = ("place",)
 
     def begin(self, options):
         reach = 0.15 * np.ptp(self.scene.nodes[:, :2], axis=0)
         self.place = self._top[:2] + self.np_random.uniform(-reach, reach)
 
     def numbers(self):
-        return self.place - self._home[:2]
+        return self.place[0] - self._home[0], self.place[1] - self._home[1]
 
     def judge(self):
-        away = math.dist(self.tool[:2], self.place)
-        done = away < 0.005 and self.force_n > 0
-        return -math.hypot(away, max(self.tool[2] - self._top[2], 0)) + done, done
+        away = np.hypot(self.tool[0] - self.place[0], self.tool[1] - self.place[1])
+        done = (away < 0.005) & (self.force_n > 0)
+        return -np.hypot(away, np.maximum(self.tool[2] - self._top[2], 0)) + done, done
 
 
 class Press(Touch):
@@ -162,6 +202,7 @@ class Press(Touch):
     """
 
     extra = 1
+    drawn = ("_held",)
 
     def __init__(self, scene=None, *, target_n=1.0, hold_s=0.2, **touch):
         super().__init__(scene, **touch)
@@ -175,7 +216,7 @@ class Press(Touch):
 
     def judge(self):
         error = abs(self.target_n - self.force_n) / self.target_n
-        self._held = self._held + 1 if error < 0.1 else 0
+        self._held = (self._held + 1) * (error < 0.1)
         done = self._held * self.step_s >= self.hold_s
         return -error + done, done
 
@@ -210,9 +251,8 @@ class FindLump(Touch):
     def begin(self, options):
         self._scorer = TaskScorer(self.scene)
 
-    def step(self, action):
+    def heed(self, action):
         self._down = bool(action[3] > 0)
-        return super().step(np.asarray(action)[:3])
 
     def judge(self):
         self._scorer.add(self.steps * self.step_s, self.tool, self.force, self.contact, int(self._down))
@@ -228,6 +268,7 @@ class Pinch(Touch):
     """
 
     extra = 1
+    drawn = ("height", "_held")
 
     def __init__(self, scene=None, *, most_n=2.0, hold_s=0.2, **touch):
         super().__init__(scene if scene is not None else Scene(find_scene("cube6")), **touch)
@@ -242,9 +283,112 @@ class Pinch(Touch):
         return (self.height - (self.tool[2] - self._home[2]),)
 
     def judge(self):
-        if self.force_n > self.most_n:
-            return -1.0, True
+        torn = self.force_n > self.most_n
         missing = abs(self.numbers()[0])
-        self._held = self._held + 1 if missing < 0.0005 else 0
+        self._held = (self._held + 1) * (missing < 0.0005)
         done = self._held * self.step_s >= self.hold_s
-        return -missing / self.height + done, done
+        return np.where(torn, -1.0, -missing / self.height + done), torn | done
+
+
+class Vector(VectorBase):
+    """`count` environments of one task, with the shapes of gymnasium.vector.VectorEnv; their bodies are stepped together by threads of C++.
+
+    Vector(Press, 8, target_n=1.0) is eight times Press(target_n=1.0); scene=... and all else is passed on. threads=0: one a processor.
+    Environment k has the bits of a single one with the same seed: reset(seed=s) gives it the seed s + k, a list gives each its own.
+    One that ends begins anew in the same step: its observation is that of the new episode, infos["final_obs"] has the last one of the old,
+    where infos["_final_obs"] is True.
+    """
+
+    metadata = AUTORESET
+
+    def __init__(self, task, count, *, threads=0, **arguments):
+        self.envs = [task(**arguments) for _ in range(count)]
+        self._all = task(**arguments)  # holds what numbers() and judge() read, of all environments
+        one = self.envs[0]
+        self.num_envs, self.single_action_space, self.single_observation_space = count, one.action_space, one.observation_space
+        self.action_space = Box(-1.0, 1.0, shape=(count, *one.action_space.shape), dtype=np.float64)
+        self.observation_space = Box(-np.inf, np.inf, shape=(count, *one.observation_space.shape), dtype=np.float64)
+        self._rooms, self._ticks = Rooms(one.scene, count, threads), int(round(1e3 * one.step_s))
+        self._makers = concurrent.futures.ThreadPoolExecutor(self._rooms.threads)
+        self.tool, self.force = np.zeros((count, 3)), np.zeros((count, 3))
+        self.contact, self.steps = np.zeros(count, bool), np.zeros(count, int)
+        self._home = np.zeros((count, 3))
+
+    def reset(self, *, seed=None, options=None):
+        """Begins an episode in every environment. Returns (observations, infos)."""
+        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int) else seed or [None] * self.num_envs
+        self._begin(range(self.num_envs), seeds, options)
+        return self._observations(), {}
+
+    def step(self, actions):
+        """Moves all tools and bodies. Returns (observations, rewards, terminated, truncated, infos), one row or number each."""
+        actions, all = np.asarray(actions, np.float64), self._all
+        by = np.minimum(np.maximum(actions[:, :3], -1.0), 1.0) * (all.max_speed * all.step_s)
+        self.force, self.contact, failed = self._rooms.step(self.tool, by, self._ticks)
+        self.tool = self.tool + by
+        self.steps += 1
+        rewards, terminated = self._judge(actions)
+        truncated = self.steps >= all.max_steps
+        observations, infos = self._observations(), {"failed": failed}
+        ended = terminated | truncated
+        if ended.any():
+            infos["final_obs"], infos["_final_obs"] = observations.copy(), ended
+            self._begin(np.flatnonzero(ended), [None] * self.num_envs, None)
+            observations = self._observations()
+        return observations, rewards, terminated, truncated, infos
+
+    def _begin(self, which, seeds, options):
+        """Begins an episode in these environments: each draws what it needs as it does alone; their bodies are made side by side."""
+        for k in which:
+            self._draw(k, seeds[k], options)
+        list(self._makers.map(lambda k: self._rooms.renew(k, self.envs[k].scene), which))
+
+    def _draw(self, k, seed, options):
+        env = self.envs[k]
+        Base.reset(env, seed=seed)
+        env.place_at_home(options)
+        self.tool[k], self._home[k] = env.tool, env._home
+        self.force[k], self.contact[k], self.steps[k] = 0.0, False, 0
+        for name in env.drawn or ():
+            value = np.asarray(getattr(env, name))
+            if not hasattr(self._all, name) or np.shape(getattr(self._all, name))[-1:] != (self.num_envs,):
+                setattr(self._all, name, np.zeros((*value.shape, self.num_envs), value.dtype))
+            getattr(self._all, name)[..., k] = value
+        self._all._home, self._all._top = env._home, env._top
+
+    def _show_all(self):
+        """Gives the task of all environments what it reads: x, y, z by rows, an environment a column."""
+        all = self._all
+        all.tool, all.force, all.contact, all.steps = self.tool.T, self.force.T, self.contact, self.steps
+        all.force_n = norm(all.force)
+
+    def _show_one(self, k):
+        env = self.envs[k]
+        env.tool, env.force, env.contact, env.steps = self.tool[k].copy(), self.force[k].copy(), bool(self.contact[k]), int(self.steps[k])
+        env.force_n = norm(env.force)
+        return env
+
+    def _judge(self, actions):
+        if self._all.drawn is not None:
+            self._show_all()
+            rewards, terminated = self._all.judge()
+            return np.asarray(rewards, np.float64), np.asarray(terminated, bool)
+        judged = []
+        for k, action in enumerate(actions):
+            env = self._show_one(k)
+            env.heed(action)
+            judged.append(env.judge())
+        rewards, terminated = zip(*judged)
+        return np.array(rewards, np.float64), np.array(terminated, bool)
+
+    def _observations(self):
+        observations = np.empty((self.num_envs, 6 + self._all.extra))
+        observations[:, :3] = self.tool - self._home
+        observations[:, 3:6] = self.force
+        if self._all.drawn is None:
+            for k in range(self.num_envs):
+                observations[k, 6:] = self._show_one(k).numbers()
+        elif self._all.extra:
+            self._show_all()
+            observations[:, 6:] = np.transpose(self._all.numbers())
+        return observations

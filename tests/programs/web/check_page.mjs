@@ -287,6 +287,8 @@ async function checkReplay(browser, work, recording) {
   assert.equal(listed.length, 2);
   assert.match(listed[0], /\d+:\d\d\.\d.*Dr Weber.*presses too deep/);
   await page.click("#notes li:nth-child(2) button");
+  const time = /\d+:\d\d\.\d/.exec(listed[1])[0];
+  await page.waitForFunction((text) => document.getElementById("clock").textContent.startsWith(text), time);
   await page.waitForFunction(() => document.querySelector("#notes li:nth-child(2) [aria-current]"));
   const second = Number(await page.inputValue("#seek"));
   await page.locator("#body").focus();
