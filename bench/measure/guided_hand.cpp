@@ -5,14 +5,15 @@
 
 #include "bench/measure/gestures.hpp"
 #include "client/core/guidance.hpp"
+#include "client/core/hands_damper.hpp"
 #include "common/base/error.hpp"
 #include "common/base/minimum_jerk.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr double kGuidedHoldS = 2.5, kGuidedStrokeS = 0.8, kGuidedSettleS = 1.0, kWindowsSeen = 7, kGuidedDownS = 0.8,
-                 kGuidedDepthM = 0.005, kGuidedAboveM = 0.040;
+constexpr double kGuidedHoldS = 2.5, kGuidedStrokeS = 0.8, kGuidedSettleS = 1.0, kWindowsSeen = 7, kSlowestSeen = 3,
+                 kGuidedDownS = 0.8, kGuidedDepthM = 0.005, kGuidedAboveM = 0.040;
 constexpr int kStrokes = 4;
 constexpr double kMovesToS = kGuidedHoldS + kStrokes * kGuidedStrokeS;
 
@@ -55,14 +56,33 @@ std::vector<LoopHand> hands_of(const Scene& scene, const GuidedPoint& point) {
   return hands;
 }
 
-StabilityVerdict rest_of(const ClosedLoopResult& loop, std::size_t from) {
+/// Dampers of a tool that is led [N s/m]: those that a client displays, and that of the arm.
+struct GuidedDampers {
+  double stiffness_n_m = 0;  ///< K
+  double displayed_n_s_m = 0, arm_n_s_m = 0;
+  double slowest_s() const { return (displayed_n_s_m + arm_n_s_m) / stiffness_n_m; }
+};
+
+GuidedDampers dampers_of(const GuidedPoint& point, double round_s) {
+  const double stiffness = GuidanceCoupling::stiffness_for(round_s);
+  return {stiffness, stiffness * round_s / 2 + (point.touches ? HandsDamper::kMostNSM : 0),
+          guided_hand(point.hand).damping_n_s_m};
+}
+
+/// Bounds of a hand at rest, whose dampers answer each step of the encoder.
+RestBounds still_with(const SimPhantomOptions& device, double displayed_n_s_m) {
+  const double speed_m_s = displayed_n_s_m * device.position_step_m / (device.device_mass_kg + device.hand.mass_kg);
+  return {kStillM, std::max(kStillJ, 0.5 * device.device_mass_kg * speed_m_s * speed_m_s)};
+}
+
+StabilityVerdict rest_of(const ClosedLoopResult& loop, std::size_t from, const RestBounds& still) {
   std::vector<Vec3> position;
   std::vector<double> kinetic_j;
   for (std::size_t i = std::min(from, loop.ticks.size() - 1); i < loop.ticks.size(); ++i) {
     position.push_back(loop.ticks[i].position);
     kinetic_j.push_back(loop.ticks[i].kinetic_j);
   }
-  return judge_motion(position, kinetic_j, loop.lost);
+  return judge_motion(position, kinetic_j, loop.lost, still);
 }
 
 /// Root mean square of the distance of the guided tool to where the guide's was `lag` ticks before.
@@ -111,18 +131,22 @@ void note_forces(GuidedResult& r, std::size_t from, std::size_t to) {
 GuidedResult measure_guided(const Scene& scene, const GuidedPoint& point) {
   const std::vector<LoopHand> hands = hands_of(scene, point);
   const double settled_s = kMovesToS + kGuidedSettleS + 1e-3 * (point.guide_rtt_ms + point.guided_rtt_ms);
+  const double filters_s = 2 * GuidanceCoupling::kTargetS;
+  const double slowest_s = dampers_of(point, 1e-3 * (point.guide_rtt_ms + point.guided_rtt_ms) + filters_s).slowest_s();
+  const double windows = std::max<double>(kWindowsSeen, std::ceil(kSlowestSeen * slowest_s / kWindowS));
   ClosedLoopOptions options;
   options.seed = point.seed;
-  options.duration = from_seconds(settled_s + kWindowsSeen * kWindowS);
+  options.duration = from_seconds(settled_s + windows * kWindowS);
   GuidedResult r;
   r.loops = closed_loop(scene, hands, options);
   r.lost = r.loops[0].lost || r.loops[1].lost;
   const auto tick_at = [&](double t_s) { return static_cast<std::size_t>(std::lround(t_s * 1e3)); };
   const std::size_t ticks = std::min(r.loops[0].ticks.size(), r.loops[1].ticks.size());
   const std::size_t from = std::min(tick_at(kGuidedHoldS), ticks), to = std::min(tick_at(kMovesToS), ticks);
-  r.guide = rest_of(r.loops[0], tick_at(settled_s));
-  r.guided = rest_of(r.loops[1], tick_at(settled_s));
   const double round_s = seconds(r.loops[0].guidance_reach + r.loops[1].guidance_reach);
+  const double displayed_n_s_m = dampers_of(point, round_s).displayed_n_s_m;
+  r.guide = rest_of(r.loops[0], tick_at(settled_s), still_with(hands[0].device, displayed_n_s_m));
+  r.guided = rest_of(r.loops[1], tick_at(settled_s), still_with(hands[1].device, displayed_n_s_m));
   r.stiffness_n_m = GuidanceCoupling::stiffness_for(round_s);
   r.damping_n_s_m = r.stiffness_n_m * round_s / 2;
   r.bound_j = GuidanceCoupling::kForceMostN * kGuidedBesideM;

@@ -46,6 +46,7 @@ void GuidanceCoupling::watch_pull(double pull_n, double apart_m, double dt_s) no
 }
 
 Vec3 GuidanceCoupling::tick(const ToolSample& own, double dt_s) noexcept {
+  if (idle()) return Vec3::Zero();
   const bool fresh = may_hold(own.t);
   if (!fresh && gain_ <= 0) {
     restart();

@@ -61,6 +61,8 @@ class GuidanceCoupling {
   GuidanceHand hand() const noexcept {
     return released_ ? GuidanceHand::released : gain_ > 0 ? GuidanceHand::holds : GuidanceHand::ready;
   }
+  /// Returns true while no partner was heard since the last hold: tick() then returns zero and changes nothing.
+  bool idle() const noexcept { return !any_; }
   /// K for a sum of the delays T_1 + T_2 [s].
   static double stiffness_for(double round_s) noexcept {
     return round_s * kStiffnessMostNM > 2 * kDampingMostNSM ? 2 * kDampingMostNSM / round_s : kStiffnessMostNM;

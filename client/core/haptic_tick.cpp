@@ -197,10 +197,12 @@ Vec3 HapticTick::patch_force(const ToolSample& sample, double dt_s, TickOutput& 
 Vec3 HapticTick::guidance_force(const ToolSample& sample, double dt_s) noexcept {
   constexpr double kMeanS = 0.1;
   if (const PartnerTool* const partner = partners_.take()) coupled_hand_.hear(*partner, sample.t);
+  if (coupled_hand_.idle() && !guidance_active_) return Vec3::Zero();
   const bool held = coupled_hand_.hand() == GuidanceHand::holds;
   const Vec3 force = coupled_hand_.tick(sample, dt_s);
   const double norm = force.norm();
-  guidance_mean_n_ += dt_s / (kMeanS + dt_s) * (norm - guidance_mean_n_);
+  guidance_active_ = !coupled_hand_.idle();
+  guidance_mean_n_ = guidance_active_ ? guidance_mean_n_ + dt_s / (kMeanS + dt_s) * (norm - guidance_mean_n_) : 0;
   const GuidanceHand hand = coupled_hand_.hand();
   if (hand == GuidanceHand::holds) {
     counts_.holds += !held;

@@ -159,6 +159,7 @@ class HapticTick {
   GuidanceCoupling coupled_hand_;
   Vec3 guidance_ = Vec3::Zero();  ///< its force on the virtual tool [N]
   double guidance_mean_n_ = 0;    ///< norm of that, low-passed
+  bool guidance_active_ = false;  ///< the coupling was not idle in the last tick
   double age_mean_us_ = 0, age_deviation_us_ = 0;
   std::atomic<std::int64_t> horizon_us_{0}, renewed_to_us_{Micros::min().count()}, server_until_us_{Micros::max().count()};
   std::atomic<std::uint32_t> late_ticks_{0};

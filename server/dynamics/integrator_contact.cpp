@@ -7,7 +7,8 @@ namespace palpate {
 namespace {
 
 constexpr double kNearSpacings = 0.3;  // from where A^-1 B was computed to where it still steers
-// Relative, of A^-1 B: it also sets where friction points. To a tenth, the force of a sliding tool is off by 0.09 %, to this by 0.04.
+// Relative, of A^-1 B: it also sets where friction points. To a tenth, the force of a sliding tool is off by 0.09 %, to this by
+// 0.04.
 constexpr double kResponseTolerance = 0.02;
 
 }  // namespace
@@ -41,8 +42,9 @@ void Integrator::update_responses(const std::vector<ToolPort>& ports, const std:
       Vector b = Vector::Zero(x.size());
       scatter(r.b, Vec3::Unit(static_cast<Eigen::Index>(axis)), b);
       mask(held_, b);
-      r.w[axis].resize(0);
-      report.solver_iterations += solver_.solve(b, std::min(kResponseTolerance, options_.solve_tolerance), r.w[axis]).iterations;
+      Vector& w = r.w[axis];  // what it was is near to what it will be
+      if (w.size() == b.size()) mask(held_, w);
+      report.solver_iterations += solver_.solve(b, std::min(kResponseTolerance, options_.solve_tolerance), w).iterations;
     }
     r.point = ports[k].point;
     r.valid = true;

@@ -85,7 +85,7 @@ void Integrator::place(const Stage& stage, BodyState& state) const {
 bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
                         AdvanceReport& report) {
   constexpr double kOvershoot = 0.5, kLeastShare = 0.1;
-  constexpr double kSlipShare = 0.1;  // a contact slides on once its slip is known so well; what was wrong follows in the next slide
+  constexpr double kSlipShare = 0.1;  // error of a slip from which a contact slides on; the next slide takes it back
   const double a = stage.a;
   place(stage, state);
   const bool contact =

@@ -33,7 +33,8 @@ TEST_CASE("A hand that lets itself be led follows its guide over every link, cal
 }
 
 TEST_CASE("On a body both hands press it while one guides the other, and come to rest") {
-  const auto [hand, rtt_ms] = GENERATE(std::pair{"led", 0.0}, std::pair{"resting", 300.0});
+  const auto [hand, rtt_ms] =
+      GENERATE(std::pair{"led", 0.0}, std::pair{"resting", 300.0}, std::pair{"free", 300.0}, std::pair{"led", 300.0});
   CAPTURE(hand, rtt_ms);
   const GuidedResult r = measure_guided(paper_cube(ContactKind::touch, 0.2), {true, hand, rtt_ms, rtt_ms, 0, 0, 1});
   CHECK(r.body_max_n > 0.3);
