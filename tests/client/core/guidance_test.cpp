@@ -211,8 +211,10 @@ TEST_CASE("A hold begins at zero, and no sample makes a step of the force") {
 TEST_CASE("Where samples stop, or the partner objects, the force is gone within a quarter of a second") {
   const bool objects = GENERATE(false, true);
   GuidanceCoupling end;
+  CHECK(end.idle());
   Micros now{1'000'000};
   const Vec3 force = hold(end, now, 1s, Vec3::Zero(), Vec3(0.01, 0, 0));
+  CHECK_FALSE(end.idle());
   REQUIRE(force.norm() == Approx(2).epsilon(0.01));  // 200 N/m
   Vec3 before = force;
   int ticks = 0;
@@ -228,6 +230,7 @@ TEST_CASE("Where samples stop, or the partner objects, the force is gone within 
   CHECK(before.norm() == 0);
   end.tick({now + 1ms, Vec3::Zero()}, kDt);
   CHECK(end.reach_s() == 0);
+  CHECK(end.idle());
 }
 
 TEST_CASE("A partner whose delay is not known, or whose samples are too old, exerts no force") {
