@@ -31,7 +31,7 @@ class ReferenceModel {
   /// Puts the body back to rest, as a room does (tool_coupling.hpp).
   void reset();
   bool contact(std::size_t tool) const;
-  Vec3 force(std::size_t tool) const;   ///< on the tool [N]
+  Vec3 force(std::size_t tool) const;     ///< on the tool [N]
   NeedleTip tip(std::size_t tool) const;  ///< of a needle
   Vec3 torque(std::size_t tool) const;    ///< on a tool with a body, about the tool point [N m]
 

@@ -293,8 +293,17 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       if (t < begin || done.size() >= ticks) return;
       if (out.swapped) results[k].swaps.push_back({done.size(), {out.hand_over_step_n, out.force.norm()}});
       const Orientation turn = motions[k].orientation(t - begin);
-      done.push_back({position, out.force, Vec3::Zero(), out.has_patch ? out.patch_age : Micros{-1}, out.contact, false,
-                      turn.value_or(Rotation::Identity()), out.torque, Vec3::Zero(), out.tip, {}});
+      done.push_back({position,
+                      out.force,
+                      Vec3::Zero(),
+                      out.has_patch ? out.patch_age : Micros{-1},
+                      out.contact,
+                      false,
+                      turn.value_or(Rotation::Identity()),
+                      out.torque,
+                      Vec3::Zero(),
+                      out.tip,
+                      {}});
       paths[k].push_back(position);
       turns[k].push_back(done.back().turn);
       if (options.progress && k == 0)

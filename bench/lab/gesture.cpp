@@ -31,8 +31,8 @@ int run_gesture(const GestureFlags& flags) {
 
 void add_gesture(CLI::App& app, Run& run) {
   auto flags = std::make_shared<GestureFlags>();
-  CLI::App* c =
-      app.add_subcommand("gesture", "make a motion for any body from its own surface: press, stroke, tap, circle, a tour or an insertion");
+  CLI::App* c = app.add_subcommand(
+      "gesture", "make a motion for any body from its own surface: press, stroke, tap, circle, a tour or an insertion");
   c->add_option("--scene", flags->scene, "scene file (JSON)")->type_name("FILE")->required();
   add_mesh_folders(*c, flags->mesh_folders);
   c->add_option("--kind", flags->kind, "gesture of the hand")

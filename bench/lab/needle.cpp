@@ -115,14 +115,15 @@ void measure_needle(NeedleCell& cell, const SweepTask& task) {
 }
 
 void report(const NeedleCells& cells) {
-  fmt::print("{:<14} {:>6} {:<6} {:>4}  {:>6} {:>6} {:>9} {:>9} {:>7} {:>6} {:>6} {:>9} {:>12}\n", "scene", "speed", "scheme", "RTT",
-             "force", "p95", "puncture", "fronts", "taken", "step", "patch", "patch", "tick");
-  fmt::print("{:<14} {:>6} {:<6} {:>4}  {:>6} {:>6} {:>9} {:>9} {:>7} {:>6} {:>6} {:>9} {:>12}\n", "", "mm/s", "", "ms", "dB", "%",
-             "ms late", "mm apart", "back", "N", "bytes", "build ms", "us (99 %)");
+  fmt::print("{:<14} {:>6} {:<6} {:>4}  {:>6} {:>6} {:>9} {:>9} {:>7} {:>6} {:>6} {:>9} {:>12}\n", "scene", "speed", "scheme",
+             "RTT", "force", "p95", "puncture", "fronts", "taken", "step", "patch", "patch", "tick");
+  fmt::print("{:<14} {:>6} {:<6} {:>4}  {:>6} {:>6} {:>9} {:>9} {:>7} {:>6} {:>6} {:>9} {:>12}\n", "", "mm/s", "", "ms", "dB",
+             "%", "ms late", "mm apart", "back", "N", "bytes", "build ms", "us (99 %)");
   for (const NeedleCell& c : cells)
-    fmt::print("{:<14} {:>6g} {:<6} {:>4g}  {:>6.1f} {:>6.1f} {:>9.0f} {:>9.2f} {:>7.0f} {:>6.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
-               c.scene, c.speed_mm_s, kSchemesOfNeedles[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.puncture_ms,
-               c.fronts_mm, c.taken_back, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+    fmt::print(
+        "{:<14} {:>6g} {:<6} {:>4g}  {:>6.1f} {:>6.1f} {:>9.0f} {:>9.2f} {:>7.0f} {:>6.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
+        c.scene, c.speed_mm_s, kSchemesOfNeedles[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.puncture_ms, c.fronts_mm,
+        c.taken_back, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
 }
 
 int run_needle(const NeedleFlags& flags) {

@@ -17,7 +17,8 @@ Motion insertion(const ExaminedPlace& place, double depth_m, double peak_m_s) {
   MotionHolds holds;
   for (int ms = 0; ms * 1e-3 <= 2 * (way_s + kRestS); ++ms) {
     const double t = ms * 1e-3 - kRestS;
-    points.push_back({ms * 1e-3, begin + way_m * (minimum_jerk(t / way_s) - minimum_jerk((t - way_s - kRestS) / way_s)) * place.into});
+    points.push_back(
+        {ms * 1e-3, begin + way_m * (minimum_jerk(t / way_s) - minimum_jerk((t - way_s - kRestS) / way_s)) * place.into});
     holds.orientations.emplace_back(upright);
   }
   return Motion(std::move(points), std::move(holds), "insertion");

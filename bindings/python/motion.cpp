@@ -53,8 +53,9 @@ void add_motion(py::module_& module) {
       .def(
           "write", [](const Motion& motion, const std::filesystem::path& file) { write_motion(file, motion); }, py::arg("file"),
           "Writes a file that read() reads back to the same bits.")
-      .def_static("gesture", &gesture_named, py::arg("scene"), py::arg("name"),
-                  "A hand on this body's surface: press, stroke, tap, circle, tour or insert (bench/measure/surface_gesture.hpp).")
+      .def_static(
+          "gesture", &gesture_named, py::arg("scene"), py::arg("name"),
+          "A hand on this body's surface: press, stroke, tap, circle, tour or insert (bench/measure/surface_gesture.hpp).")
       .def_static(
           "examination", [](const Scene& scene) { return examination(scene); }, py::arg("scene"),
           "The motion of `palpate-lab accuracy`: press, stroke, tap and release at the top of the body.")

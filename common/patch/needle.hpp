@@ -6,7 +6,8 @@
 // the furthest that the tip has been. Contacts of a needle at h with the axis a (tip to hand):
 //
 //     tip     at x(s) with f along tau: 0 <= f . tau <= L,   L = 0 where s < c (the tip lies in its own cut),
-//             L = J w at the front (cutting_n), so that cutting dissipates J w dc,   L = F_p |tau| at a layer that is not open yet
+//             L = J w at the front (cutting_n), so that cutting dissipates J w dc,   L = F_p |tau| at a layer that is not open
+//             yet
 //     shaft   at x_j with f_a along a: |f_a| <= F_s m_j,   m_j the length of shaft that x_j stands for, integral of its hat
 //             function over 0 ... s;  a point of the shaft, a u_j from the tip, sticks to x_j until then
 //

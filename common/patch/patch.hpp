@@ -118,8 +118,8 @@ struct PatchContacts {
       : others(count), body(with_body), needle_layers(layers) {}
 };
 
-/// The path of a needle in the body, if the tool is one: that of its tip, or where it does not touch, that which it would take from
-/// the point of the surface under it (needle.hpp).
+/// The path of a needle in the body, if the tool is one: that of its tip, or where it does not touch, that which it would take
+/// from the point of the surface under it (needle.hpp).
 struct PatchNeedle {
   struct Point {
     Vec3 position = Vec3::Zero();  ///< x_j at the stamp [m]

@@ -128,8 +128,8 @@ void NeedleContacts::close_shaft(int j, const ModeVector& q, const ToolPose& too
   bonded_[at] = reached;
   if (!reached) return;
   gap += point.bond_m * axis;
-  const PathClosure closure = close_on_path(gap, contact.compliance, axis,
-                                            shaft_contact(needle_.layers, j, share_m, contact_stiffness_n_m_));
+  const PathClosure closure =
+      close_on_path(gap, contact.compliance, axis, shaft_contact(needle_.layers, j, share_m, contact_stiffness_n_m_));
   contact.lambda = closure.lambda;
   contact.arm = point.bond_m * axis;
   point.bond_m -= closure.slip_m;

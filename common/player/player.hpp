@@ -13,8 +13,8 @@
 //             passive: the mean times the tool's path is what the modes receive plus what the contact stores, and no less.
 //             Beyond the patch's piece of surface the tool slides along the plane at its border, where body and friction are as
 //             at the border.
-// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp); a needle in the body has
-// contacts of its own instead (needle_contacts.hpp), from the step after the one in which it punctures. A load that changes
+// Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp); a needle in the body
+// has contacts of its own instead (needle_contacts.hpp), from the step after the one in which it punctures. A load that changes
 // (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step. Stress that relaxes
 // (patch.fading) is evaluated half a step ahead of the deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f)
 // with e = exp(-dt / time), and acts with that value in the step: of second order.

@@ -47,7 +47,8 @@ std::string touch_line(const Scene& scene, const SurfaceStiffness& finger) {
   const double n_mm = 1e-3 * finger.stiffness_n_m;
   if (scene.tool.contact == ContactKind::attach) return fmt::format("stiffness  {:.2f} N/mm where it is grasped, {}", n_mm, at);
   const double contact_n_mm = 1e-3 * scene.tool.contact_stiffness_n_m;
-  std::string tool = scene.tool.radius_m > 0 ? fmt::format("finger of {:.0f} mm radius", 1e3 * scene.tool.radius_m) : "pointed tool";
+  std::string tool =
+      scene.tool.radius_m > 0 ? fmt::format("finger of {:.0f} mm radius", 1e3 * scene.tool.radius_m) : "pointed tool";
   if (scene.tool.needle) tool = fmt::format("needle of {:.2g} mm that has not punctured", 1e3 * scene.tool.needle->diameter_m);
   return fmt::format("stiffness  {:.2f} N/mm under a {} {}, of body ({:.2f}) and contact ({:.2f})",
                      n_mm * contact_n_mm / (n_mm + contact_n_mm), tool, at, n_mm, contact_n_mm);

@@ -7,8 +7,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeastSpacings = 2;  // of R; less: too few nodes around a point
-constexpr double kRegular = 1e-6;     // of A, relative
+constexpr double kLeastSpacings = 2;       // of R; less: too few nodes around a point
+constexpr double kRegular = 1e-6;          // of A, relative
 constexpr int kMotions = 8, kLengths = 4;  // fixed-point iterations; measured: positions then agree to 1 um
 constexpr int kBisections = 20;            // of a layer's begin: to a millionth of the length
 

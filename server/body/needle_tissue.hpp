@@ -2,8 +2,8 @@
 //
 // A material point X of the body, inside or on the path's continuation, moves with the nodes around it by moving least squares,
 //     x(X) = X + sum_i w_i (x_i - X_i),    w_i = m_i p(X_i)^T A^-1 p(X),   A = sum_i m_i p(X_i) p(X_i)^T,   p(Y) = (1, Y - X),
-// with m_i = (1 - (|X_i - X| / R)^2)^2 over the nodes nearer than R, so that every affine motion of the nodes moves X exactly, and
-// a force at X is spread over R: the indentation under a needle does not depend on the mesh. The first point of a path is the
+// with m_i = (1 - (|X_i - X| / R)^2)^2 over the nodes nearer than R, so that every affine motion of the nodes moves X exactly,
+// and a force at X is spread over R: the indentation under a needle does not depend on the mesh. The first point of a path is the
 // point of the skin that was punctured (skin.hpp).
 //
 // A path is straight where it is begun: x(X_j) = x_0 + d_j t, with |X_(j+1) - X_j| = spacing. Layers are given by their thickness

@@ -70,7 +70,7 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const LumpedBody& body = scene.body;
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
   RoomInfo facts{
-      scene.name, scene.tool.contact, home, static_cast<std::uint32_t>(body.nodes.size()), {}, nodes_of(triangles, body), 0,
+      scene.name, scene.tool.contact,     home, static_cast<std::uint32_t>(body.nodes.size()), {}, nodes_of(triangles, body), 0,
       scene.task, drawn_shape(scene.tool)};
   std::vector<std::uint32_t> vertex_of(body.nodes.size(), kNone);
   for (const std::uint32_t node : facts.node_of) {

@@ -3,8 +3,8 @@
 //     p_j = e_j + sum_k W_jk (lambda_k - lambda_k before)
 //
 // e_j: end position of contact point j under the previous forces [m]; W_jk: its displacement per unit force at contact k [m/N].
-// The contacts are solved one after the other (contact_law.hpp, needle.hpp), each with the newest forces of the others, in kSweeps sweeps; a
-// single contact needs one.
+// The contacts are solved one after the other (contact_law.hpp, needle.hpp), each with the newest forces of the others, in
+// kSweeps sweeps; a single contact needs one.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,8 @@ struct SweptContact {
   std::size_t port = 0;
   Vec3 end = Vec3::Zero(), normal = Vec3::UnitZ(), tool = Vec3::Zero();
   std::optional<PathContact> path = {};  ///< of a needle in the body; `normal` is then the direction along its path
-  Vec3 change = Vec3::Zero();  ///< output: change of lambda [N]
-  Vec3 slip = Vec3::Zero();    ///< output: slip by the contact law [m]; on a path along its direction
+  Vec3 change = Vec3::Zero();            ///< output: change of lambda [N]
+  Vec3 slip = Vec3::Zero();              ///< output: slip by the contact law [m]; on a path along its direction
 };
 
 /// Sets lambda of the contacts' ports.

@@ -14,12 +14,11 @@ bool is_alone(const std::vector<ToolPort>& ports) {
 }
 
 bool same_contacts(const std::vector<ToolPort>& before, const std::vector<ToolPort>& after) {
-  return std::equal(after.begin(), after.end(), before.begin(),
-                    [](const ToolPort& p, const ToolPort& q) {
-                      const NeedleTip &a = p.needle.tip, &b = q.needle.tip;
-                      if (p.needle.part == NeedlePart::shaft) return true;
-                      return p.touching == q.touching && a.inside == b.inside && a.layer == b.layer;
-                    });
+  return std::equal(after.begin(), after.end(), before.begin(), [](const ToolPort& p, const ToolPort& q) {
+    const NeedleTip &a = p.needle.tip, &b = q.needle.tip;
+    if (p.needle.part == NeedlePart::shaft) return true;
+    return p.touching == q.touching && a.inside == b.inside && a.layer == b.layer;
+  });
 }
 
 bool touches(const std::vector<ToolPort>& ports) {

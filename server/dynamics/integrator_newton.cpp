@@ -47,8 +47,7 @@ std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports, con
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ());
   for (std::size_t k = 0; k < ports.size(); ++k)
     if (ports[k].kind == ContactKind::touch && ports[k].touching)
-      normals[k] =
-          ports[k].on_path() ? along_path(ports[k], x) : normal_at(skin_->view(), skin_positions_, ports[k].point);
+      normals[k] = ports[k].on_path() ? along_path(ports[k], x) : normal_at(skin_->view(), skin_positions_, ports[k].point);
   return normals;
 }
 

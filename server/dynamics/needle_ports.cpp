@@ -18,7 +18,9 @@ TipPlace tip_place(const NeedlePort& needle, const Vector& x) {
 }
 
 /// Returns the ports of the shaft whose tip is port k.
-std::span<ToolPort> shaft_of(std::vector<ToolPort>& ports, std::size_t k) { return std::span(ports).subspan(k + 1, kNeedlePoints); }
+std::span<ToolPort> shaft_of(std::vector<ToolPort>& ports, std::size_t k) {
+  return std::span(ports).subspan(k + 1, kNeedlePoints);
+}
 
 void part_from_body(ToolPort& port) {
   port.touching = false;

@@ -27,7 +27,8 @@ PathContact path_contact(const ToolPort& port, const Vector& x);
 void slide_on_path(std::vector<ToolPort>& ports, std::size_t k, double slip_m, const Vector& x);
 /// Takes the needle of port k out of the body.
 void leave_body(std::vector<ToolPort>& ports, std::size_t k);
-/// After a stage: needles whose tips are pushed hard enough puncture, and shafts follow their tips. Returns true if one punctured.
+/// After a stage: needles whose tips are pushed hard enough puncture, and shafts follow their tips. Returns true if one
+/// punctured.
 bool follow_needles(const std::vector<Vec3>& tool_points, const Vector& x, std::vector<ToolPort>& ports);
 /// Sets the path that each needle outside would take from where it touches the surface, or is nearest to it, along its axis.
 void predict_paths(const Vector& x, std::vector<ToolPort>& ports);
