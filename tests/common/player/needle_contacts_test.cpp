@@ -11,7 +11,7 @@ using test::floor_patch, test::kStamp;
 
 namespace {
 
-constexpr double kContact = 1000, kPunctureN = 0.6, kCutN = 0.2, kFrictionNM = 5, kLengthM = 0.04;
+constexpr double kContactNM = 1000, kNeedlePunctureN = 0.6, kNeedleCutN = 0.2, kNeedleFrictionNM = 5, kNeedleLengthM = 0.04;
 
 /// A needle 1 mm above the floor, upright, with `modes` modes that move the points of its path as they move the floor, less and
 /// less downwards.
@@ -19,15 +19,15 @@ Patch needle_over_floor(int modes) {
   Patch p = floor_patch(modes);
   const Vec3 floor = p.surface.vertices[0].position;
   p.c_static.setZero();
-  p.contact_stiffness_n_m = kContact;
+  p.contact_stiffness_n_m = kContactNM;
   p.trust_radius_m = 1;
   p.valid_for = Micros{60'000'000};
   p.tool = Vec3(0, 0, floor.z() + 0.001);
   p.turn = Rotation(Rotation::Identity());
   p.touching = false;
   p.needle.layers.count = 1;
-  p.needle.layers.length_m = kLengthM;
-  p.needle.layers.of[0] = {0, kPunctureN, kCutN, kFrictionNM};
+  p.needle.layers.length_m = kNeedleLengthM;
+  p.needle.layers.of[0] = {0, kNeedlePunctureN, kNeedleCutN, kNeedleFrictionNM};
   for (int j = 0; j < kNeedlePoints; ++j) {
     PatchNeedle::Point& point = p.needle.points[static_cast<std::size_t>(j)];
     point.position = Vec3(0, 0, floor.z() - j * p.needle.layers.spacing_m());
@@ -50,13 +50,13 @@ TEST_CASE("A needle that is pushed into a floor that does not yield has the forc
     const PlayerOutput out = player.advance(at(ms, p.tool - Vec3(0, 0, 1e-4 * ms)));
     if (!player.needle_tip().inside) most_n = std::max(most_n, out.force.z());
   }
-  CHECK(most_n == Approx(kPunctureN).epsilon(0.15));  // steps of 0.1 N a tick
+  CHECK(most_n == Approx(kNeedlePunctureN).epsilon(0.15));  // steps of 0.1 N a tick
   const double depth_m = player.needle_tip().depth_m;
-  CHECK(depth_m == Approx(0.031 - kCutN / kContact));
-  CHECK(player.output().force.z() == Approx(kCutN + kFrictionNM * depth_m).epsilon(0.01));
+  CHECK(depth_m == Approx(0.031 - kNeedleCutN / kContactNM));
+  CHECK(player.output().force.z() == Approx(kNeedleCutN + kNeedleFrictionNM * depth_m).epsilon(0.01));
   CHECK(player.output().contact);
   for (int back = 0; back < 200; ++back) player.advance(at(ms++, p.tool - Vec3(0, 0, 0.032 - 1e-4 * back)));
-  CHECK(player.output().force.z() == Approx(-kFrictionNM * player.needle_tip().depth_m).epsilon(0.01));
+  CHECK(player.output().force.z() == Approx(-kNeedleFrictionNM * player.needle_tip().depth_m).epsilon(0.01));
   CHECK(player.needle_tip().front_m == depth_m);
   for (int back = 200; back < 330; ++back) player.advance(at(ms++, p.tool - Vec3(0, 0, 0.032 - 1e-4 * back)));
   CHECK_FALSE(player.needle_tip().inside);
@@ -79,7 +79,7 @@ TEST_CASE("A needle that is tilted in a floor that does not yield has the torque
     if (!(share_m > 0)) continue;
     const Vec3 from_tip = p.needle.points[static_cast<std::size_t>(j)].position - tip;
     const Vec3 across = axis * axis.dot(from_tip) - from_tip;
-    const Vec3 push = kContact * share_m / p.needle.layers.spacing_m() * across;
+    const Vec3 push = kContactNM * share_m / p.needle.layers.spacing_m() * across;
     force -= push;
     torque -= (axis * axis.dot(from_tip)).cross(push);
   }
@@ -98,7 +98,8 @@ TEST_CASE("A hand can take no energy from a needle in a floor that yields, howev
     Vec3 tool = p.tool, goal = tool, before = Vec3::Zero();
     double spent_j = 0;
     for (int ms = 1; ms <= 3000; ++ms) {
-      if (ms % 150 == 1) goal = p.tool + Vec3(random.uniform(-0.002, 0.002), random.uniform(-0.002, 0.002), random.uniform(-0.034, 0));
+      if (ms % 150 == 1)
+        goal = p.tool + Vec3(random.uniform(-0.002, 0.002), random.uniform(-0.002, 0.002), random.uniform(-0.034, 0));
       const Vec3 step = std::min(1.0, 2e-4 / std::max((goal - tool).norm(), 1e-12)) * (goal - tool);
       const PlayerOutput out = player.advance(at(ms, tool += step));
       spent_j -= 0.5 * (before + out.force).dot(step);
@@ -123,7 +124,8 @@ TEST_CASE("A needle that is in the body at the stamp goes on with the forces tha
     PatchNeedle::Point& point = inside.needle.points[static_cast<std::size_t>(j)];
     const double share_m = shaft_share_m(inside.needle.layers, inside.needle.tip, j);
     // A shaft that slides bears its friction: the spring along it is stretched by kNeedleStickM.
-    point.bond_m = point.position.z() - inside.tool.z() - (share_m > 0 && j * inside.needle.layers.spacing_m() < depth_m ? kNeedleStickM : 0);
+    point.bond_m = point.position.z() - inside.tool.z() -
+                   (share_m > 0 && j * inside.needle.layers.spacing_m() < depth_m ? kNeedleStickM : 0);
   }
   REQUIRE(check(inside) == PatchFault::none);
   PatchPlayer next(inside);

@@ -95,7 +95,7 @@ TEST_CASE("An integrator that may take few iterations gives up before its next s
 
 namespace {
 
-constexpr Micros kFrame{50'000};
+constexpr Micros kRolloutFrame{50'000};
 
 /// Returns the inputs of the patch of frame `at`, and then of frame `end`, of a hand on its way.
 std::pair<Room::Origin, Room::Origin> patches_on_the_way(const Scene& scene, const std::function<Vec3(double)>& hand, int at,
@@ -106,8 +106,8 @@ std::pair<Room::Origin, Room::Origin> patches_on_the_way(const Scene& scene, con
   std::optional<Room::Origin> then;
   for (int k = 0; k <= end; ++k) {
     FrameJob job;
-    job.begin = begin + k * kFrame;
-    job.target = job.begin + kFrame;
+    job.begin = begin + k * kRolloutFrame;
+    job.target = job.begin + kRolloutFrame;
     job.rollouts = rollouts;
     StationJob station;
     station.id = kRoughHand;
