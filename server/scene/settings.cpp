@@ -225,7 +225,7 @@ NeedleSpec read_needle(const SceneText& text, const schema::NeedleT& in, const S
   if (!out.tool.shape.empty()) text.refuse(needle, "tool.needle is given with a body of the tool", "one of them");
   if (out.tool.contact == ContactKind::attach)
     text.refuse(needle, "a grasp has a needle", "a needle only where tool.contact is \"touch\"");
-  if (out.tissue.empty()) text.refuse("body.tissue", "the tool is a needle, and the body has no tissue", "its layers");
+  if (out.tissue.empty()) text.refuse("body.tissue", "the tool is a needle, but there is no body.tissue", "its layers");
   return {required(text, needle + ".length_m", in.length_m, kMinNeedleLengthM, kMaxNeedleLengthM, "m"),
           required(text, needle + ".diameter_m", in.diameter_m, 1e-4, 0.01, "m")};
 }

@@ -23,7 +23,7 @@ ClosedLoopResult loop_on(const Law& law, const Motion& intention, const SimPhant
     device.read(Micros{1000 * n});
     past.push_back(device.position().z());
     if (past.size() > 500) past.pop_front();
-    device.write({0, 0, law(n * kTickS, past)});
+    device.write(Vec3(0, 0, law(n * kTickS, past)));
     LoopTick tick;
     tick.position = device.position();
     tick.velocity = device.velocity();

@@ -14,7 +14,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr Micros kBegin{1'000'000}, kTick{1'000}, kFrame{50'000};
+constexpr Micros kBegin{1'000'000}, kAttemptTick{1'000}, kFrame{50'000};
 constexpr StationId kHand = 1;
 
 /// A trainee: where the tool is at a time [s] after the start, given the force that it felt in the last frame.
@@ -47,7 +47,7 @@ TaskProgress score_of(const Scene& scene, const Trainee& trainee, double length_
     StationJob hand;
     hand.id = kHand;
     hand.wants_patch = false;
-    for (Micros t = now + kTick; t <= job.target; t += kTick)
+    for (Micros t = now + kAttemptTick; t <= job.target; t += kAttemptTick)
       hand.samples.push_back({t, trainee.tool(seconds(t - kBegin), force_n)});
     job.stations.push_back(std::move(hand));
     const double t_s = seconds(job.target - kBegin);
