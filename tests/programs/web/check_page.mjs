@@ -319,6 +319,10 @@ async function checkReplay(browser, work, recording) {
 
   await page.mouse.click(slider.x + 0.8 * slider.width, slider.y + slider.height / 2);
   await page.waitForFunction((t) => Math.abs(Number(document.getElementById("seek").value) - t) < 0.3, at);
+  await page.waitForFunction((t) => {
+    const clock = /(\d+):(\d+\.\d)/.exec(document.getElementById("clock").textContent);
+    return Math.abs(60 * Number(clock[1]) + Number(clock[2]) - t) < 0.3;
+  }, at);
   await page.locator("#body").focus();
   const paused = await shown();
   await sleep(500);
