@@ -43,9 +43,9 @@ void Integrator::update_responses(const std::vector<ToolPort>& ports, const std:
       Vector b = Vector::Zero(x.size());
       scatter(r.b, Vec3::Unit(static_cast<Eigen::Index>(axis)), b);
       mask(held_, b);
-      Vector& w = r.w[axis];  // what it was is near to what it will be
-      if (w.size() == b.size()) mask(held_, w);
-      report.solver_iterations += solver_.solve(b, std::min(kResponseTolerance, options_.solve_tolerance), w).iterations;
+      r.w[axis].resize(0);
+      const double tolerance = std::min(kResponseTolerance, options_.solve_tolerance);
+      report.solver_iterations += solver_.solve(b, tolerance, r.w[axis]).iterations;
     }
     r.port = ports[k];
     r.valid = true;

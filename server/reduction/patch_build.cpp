@@ -132,9 +132,9 @@ struct Basis {
 
 std::optional<Basis> linear_basis(const LinearPort& model, const KrylovStart& start, const KrylovSolve& solve, int modes) {
   const bool chosen = model.request.scheme == Scheme::port && !model.grasp();
-  const auto directions = krylov_basis(
-      model.at, start, solve,
-      {chosen ? std::max(modes, kCandidates) + static_cast<int>(wrenches(model).size()) : modes, model.p.shift()});
+  const auto directions =
+      krylov_basis(model.at, start, solve,
+                   {chosen ? std::max(modes, kCandidates) + static_cast<int>(wrenches(model).size()) : modes, model.p.shift()});
   model.frame.enter(BuildPhase::project);
   if (!directions) return std::nullopt;
   Basis basis{*directions, model.at.projected(*directions)};

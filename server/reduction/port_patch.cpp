@@ -64,8 +64,7 @@ void add_needle_path(const LinearPort& model, const Matrix& v, PatchNeedle& need
   for (const OtherTools::Contact& contact : model.others.shaft) {
     const ToolPort& port = model.frame.ports()[contact.tool];
     PatchNeedle::Point& point = needle.points[static_cast<std::size_t>(port.needle.point)];
-    point.position =
-        position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
+    point.position = position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
     point.rows = rows_of(*contact.port, v);
     point.bond_m = port.needle.bond_m;
   }
@@ -112,8 +111,7 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   patch.contact_stiffness_n_m = port.parameters.contact_stiffness_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = kTrustedSpacings * frame.spacing_m();
-  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count,
-                                            contacts_of(model));
+  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count, contacts_of(model));
   if (model.hyper()) {
     const Matrix stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, prescribed_motion(model), stiffness, vertices, reduced, made);

@@ -89,9 +89,9 @@ struct LumpedBody {
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
-  double left_out_share = 0;  ///< share of the volume inside a closed surface that was dropped (clip.hpp)
+  double left_out_share = 0;        ///< share of the volume inside a closed surface that was dropped (clip.hpp)
   std::vector<TissueLayer> tissue;  ///< for needles
-  bool is_loaded = false;     ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
+  bool is_loaded = false;           ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
 };
@@ -111,11 +111,11 @@ struct NeedleSpec {
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;
-  std::uint32_t node = 0;               ///< attach: index into LumpedBody::nodes
-  double friction = 0.3;                ///< touch: Coulomb mu
-  double contact_stiffness_n_m = 1000;  ///< touch: contact stiffness k_c between tool and surface
-  double radius_m = 0;                  ///< touch: contact radius of the tip (skin.hpp), 0 = a point
-  ToolShape shape = {};                 ///< touch: body of the tool; empty: a point
+  std::uint32_t node = 0;                 ///< attach: index into LumpedBody::nodes
+  double friction = 0.3;                  ///< touch: Coulomb mu
+  double contact_stiffness_n_m = 1000;    ///< touch: contact stiffness k_c between tool and surface
+  double radius_m = 0;                    ///< touch: contact radius of the tip (skin.hpp), 0 = a point
+  ToolShape shape = {};                   ///< touch: body of the tool; empty: a point
   std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }

@@ -204,7 +204,8 @@ std::vector<TissueLayer> read_tissue(const SceneText& text, const schema::BodyT&
   std::vector<TissueLayer> tissue;
   const std::string list = "body.tissue";
   if (in.tissue.size() > kMaxTissueLayers)
-    text.refuse(list, fmt::format("the body has {} layers of tissue", in.tissue.size()), fmt::format("at most {}", kMaxTissueLayers));
+    text.refuse(list, fmt::format("the body has {} layers of tissue", in.tissue.size()),
+                fmt::format("at most {}", kMaxTissueLayers));
   for (std::size_t i = 0; i < in.tissue.size(); ++i) {
     const schema::TissueLayerT& layer = *in.tissue[i];
     const std::string here = at(list, i);

@@ -130,7 +130,7 @@ struct SceneSettings {
   LatticeSettings lattice;
   std::optional<MeshBodySettings> mesh;  ///< replaces the lattice
   std::vector<LigamentSettings> ligaments;
-  bool is_loaded = false;                       ///< true: the shape is given as loaded by gravity
+  bool is_loaded = false;  ///< true: the shape is given as loaded by gravity
   std::vector<TissueLayer> tissue;
   ToolSpec tool;                                ///< tool.node is not set yet
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices

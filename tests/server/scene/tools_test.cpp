@@ -88,7 +88,8 @@ std::string needle_refusal(const std::string& tool, const std::string& tissue) {
 
 TEST_CASE("A needle goes through the tissue of its scene, and is drawn along its shaft") {
   const std::string needle = R"({"needle": {"length_m": 0.07, "diameter_m": 0.001}})";
-  CHECK(needle_refusal(needle, R"([{"thickness_m": 0.005, "toughness_j_m2": 1136, "puncture_n": 2}, {"toughness_j_m2": 164}])") == "");
+  CHECK(needle_refusal(needle, R"([{"thickness_m": 0.005, "toughness_j_m2": 1136, "puncture_n": 2}, {"toughness_j_m2": 164}])") ==
+        "");
   const ToolShape shape = drawn_shape({.needle = NeedleSpec{0.07, 0.001}});
   REQUIRE(shape.size() == kMaxToolSpheres);
   CHECK(shape.front().centre.norm() == 0);
@@ -101,12 +102,16 @@ TEST_CASE("A needle that cannot be, or a body that it cannot enter, is refused w
   CHECK_THAT(refusal(needle), Contains("body.tissue"));
   CHECK_THAT(needle_refusal(R"({"needle": {"length_m": 0.07}})", tissue), Contains("tool.needle.diameter_m"));
   CHECK_THAT(needle_refusal(R"({"needle": {"length_m": 3, "diameter_m": 0.001}})", tissue), Contains("0.3"));
-  CHECK_THAT(needle_refusal(R"({"named": "ball", "needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue), Contains("one of them"));
-  CHECK_THAT(needle_refusal(R"({"contact": "attach", "needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue), Contains("grasp"));
+  CHECK_THAT(needle_refusal(R"({"named": "ball", "needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue),
+             Contains("one of them"));
+  CHECK_THAT(needle_refusal(R"({"contact": "attach", "needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue),
+             Contains("grasp"));
   CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164, "thickness_m": 0.01}])"), Contains("innermost"));
-  CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164}, {"toughness_j_m2": 164}])"), Contains("body.tissue[0].thickness_m"));
+  CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164}, {"toughness_j_m2": 164}])"),
+             Contains("body.tissue[0].thickness_m"));
   CHECK_THAT(needle_refusal(needle, R"([{"puncture_n": 1}])"), Contains("toughness_j_m2"));
   CHECK_THAT(needle_refusal(needle, R"([{"toughness_j_m2": 164, "friction_n_m": -1}])"), Contains("friction_n_m"));
   const std::string layer = R"({"toughness_j_m2": 164, "thickness_m": 0.001})";
-  CHECK_THAT(needle_refusal(needle, "[" + layer + "," + layer + "," + layer + R"(, {"toughness_j_m2": 164}])"), Contains("at most 3"));
+  CHECK_THAT(needle_refusal(needle, "[" + layer + "," + layer + "," + layer + R"(, {"toughness_j_m2": 164}])"),
+             Contains("at most 3"));
 }
