@@ -21,9 +21,9 @@
 // A tool is a port on the body (ToolPort). attach: its node is where the tool is at the end of each stage, and its velocity is
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
-// (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and again with the
-// point and normal that the tool slides to in the stage, as soon as its slip is known to a tenth. A needle in the body has
-// contacts on its path instead (needle_ports.hpp). A contact that no hand could hold (is_lost()) ends. A tool
+// (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the
+// point and normal that the tool slides to in the stage. A needle in the body has contacts on its path instead
+// (needle_ports.hpp). A contact that no hand could hold (is_lost()) ends. A tool
 // that is still inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most
 // event_step_s. The tool's own samples drive every stage.
 //

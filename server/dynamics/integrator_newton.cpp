@@ -7,16 +7,6 @@
 #include "server/dynamics/needle_ports.hpp"
 
 namespace palpate {
-namespace {
-
-double longest(const std::vector<Vec3>& vectors) {
-  double most = 0;
-  for (const Vec3& v : vectors) most = std::max(most, v.norm());
-  return most;
-}
-
-}  // namespace
-
 bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state,
                              std::vector<ToolPort>& ports, AdvanceReport& report) {
   if (!newton(stage, tool_points, state, ports, report)) return false;
@@ -99,7 +89,6 @@ void Integrator::place(const Stage& stage, BodyState& state) const {
 bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
                         AdvanceReport& report) {
   constexpr double kOvershoot = 0.5, kLeastShare = 0.1;
-  constexpr double kSlipShare = 0.1;  // error of a slip from which a contact slides on; the next slide takes it back
   const double a = stage.a;
   place(stage, state);
   const bool contact =
@@ -145,15 +134,14 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     // What is still to come when moves shrink by the factor seen last: the sum of a geometric series.
     const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;
-    const bool converged = left < options_.tolerance_m;
-    if (slides < kSlidesMax && (converged || left < kSlipShare * longest(slips)) && slide_on(slips, state, ports)) {
-      ++slides;
-      since_slide = 0;
-      last_move = 0;
-      normals = normals_of(ports, state.x);
-      continue;
-    }
-    if (converged) {
+    if (left < options_.tolerance_m) {
+      if (slides < kSlidesMax && slide_on(slips, state, ports)) {
+        ++slides;
+        since_slide = 0;
+        last_move = 0;
+        normals = normals_of(ports, state.x);
+        continue;
+      }
       finish_contacts(tool_points, slips, state, ports);
       return true;
     }
