@@ -7,6 +7,7 @@
 #include "server/dynamics/needle_ports.hpp"
 
 namespace palpate {
+
 bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state,
                              std::vector<ToolPort>& ports, AdvanceReport& report) {
   if (!newton(stage, tool_points, state, ports, report)) return false;
