@@ -79,7 +79,7 @@ async function open(browser, address, options) {
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(String(error)));
   page.on("console", (line) => line.type() === "error" && !/WebSocket connection/.test(line.text()) && page.faults.push(line.text()));
-  page.on("request", (request) => request.url().startsWith(address) || request.url().startsWith("data:") || page.faults.push(request.url()));
+  page.on("request", (request) => request.url().startsWith(address.split("#")[0]) || request.url().startsWith("data:") || page.faults.push(request.url()));
   await page.goto(address);
   return page;
 }
