@@ -200,11 +200,13 @@ std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results)
     const std::vector<ReplayTick>& ticks = results[k].ticks;
     const bool has_torque =
         std::any_of(ticks.begin(), ticks.end(), [](const ReplayTick& tick) { return !tick.reference_torque.isZero(0); });
+    const bool has_tip =
+        std::any_of(ticks.begin(), ticks.end(), [](const ReplayTick& tick) { return tick.reference_tip.front_m > 0; });
     for (const ReplayTick& tick : ticks) {
       references[k].force.push_back(tick.reference);
       references[k].contact.push_back(tick.true_contact ? 1 : 0);
       if (has_torque) references[k].torque.push_back(tick.reference_torque);
-      references[k].tip.push_back(tick.reference_tip);
+      if (has_tip) references[k].tip.push_back(tick.reference_tip);
     }
   }
   return references;

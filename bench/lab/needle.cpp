@@ -17,9 +17,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::array<std::string_view, 3> kSchemesOfNeedles{"hold", "port", "hyper"};
-constexpr std::array kNeedleSchemes{Scheme::hold, Scheme::port, Scheme::hyper};
-
 struct NeedleCell {
   std::string scene;
   double speed_mm_s = 0;
@@ -38,7 +35,7 @@ CellTable<NeedleCell> needle_table() {
   CellTable<NeedleCell> table;
   table.parameter("scene", &NeedleCell::scene)
       .parameter("speed_mm_s", &NeedleCell::speed_mm_s, "{:g}")
-      .parameter("scheme", &NeedleCell::scheme, kSchemesOfNeedles)
+      .parameter("scheme", &NeedleCell::scheme, kSchemeNames)
       .parameter("rtt_ms", &NeedleCell::rtt_ms, "{:g}")
       .result("force_db", &NeedleCell::force_db, "{:.2f}")
       .result("force_p95", &NeedleCell::force_p95, "{:.4g}")
@@ -65,7 +62,7 @@ std::string task_of(const NeedleCell& cell) { return fmt::format("{}/{:g}", cell
 
 NeedleCells needle_cells(const NeedleFlags& flags) {
   std::vector<std::size_t> schemes;
-  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemesOfNeedles, "--schemes"));
+  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemeNames, "--schemes"));
   return crossed(crossed(crossed(crossed(NeedleCells(1), &NeedleCell::scene, scenes_in(flags.scenes, flags.only)),
                                  &NeedleCell::speed_mm_s, flags.speed_mm_s),
                          &NeedleCell::scheme, schemes),
@@ -89,7 +86,7 @@ std::size_t puncture(const ReplayResult& result, NeedleTip ReplayTick::*tip) {
 
 void measure_needle(NeedleCell& cell, const SweepTask& task) {
   ReplayOptions options;
-  options.scheme = kNeedleSchemes[cell.scheme];
+  options.scheme = static_cast<Scheme>(cell.scheme);
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.references = {&task.reference, 1};
   const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
@@ -122,7 +119,7 @@ void report(const NeedleCells& cells) {
   for (const NeedleCell& c : cells)
     fmt::print(
         "{:<14} {:>6g} {:<6} {:>4g}  {:>6.1f} {:>6.1f} {:>9.0f} {:>9.2f} {:>7.0f} {:>6.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
-        c.scene, c.speed_mm_s, kSchemesOfNeedles[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.puncture_ms, c.fronts_mm,
+        c.scene, c.speed_mm_s, kSchemeNames[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.puncture_ms, c.fronts_mm,
         c.taken_back, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
 }
 

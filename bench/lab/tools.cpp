@@ -19,9 +19,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::array<std::string_view, 3> kSchemesOfTools{"hold", "port", "hyper"};
-constexpr std::array kToolSchemes{Scheme::hold, Scheme::port, Scheme::hyper};
-
 struct ToolCell {
   std::string scene, tool;  // at_place(), tasks.hpp
   std::size_t scheme = 0;
@@ -36,7 +33,7 @@ CellTable<ToolCell> tool_table() {
   CellTable<ToolCell> table;
   table.parameter("scene", &ToolCell::scene)
       .parameter("tool", &ToolCell::tool)
-      .parameter("scheme", &ToolCell::scheme, kSchemesOfTools)
+      .parameter("scheme", &ToolCell::scheme, kSchemeNames)
       .parameter("rtt_ms", &ToolCell::rtt_ms, "{:g}")
       .result("force_db", &ToolCell::force_db, "{:.2f}")
       .result("force_p95", &ToolCell::force_p95, "{:.4g}")
@@ -68,7 +65,7 @@ ToolCells tool_cells(const ToolFlags& flags) {
   if (tools.empty())
     for (const NamedTool& tool : named_tools()) tools.push_back(tool.name);
   std::vector<std::size_t> schemes;
-  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemesOfTools, "--schemes"));
+  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemeNames, "--schemes"));
   return crossed(
       crossed(crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools), &ToolCell::scheme, schemes),
       &ToolCell::rtt_ms, flags.rtt_ms);
@@ -91,7 +88,7 @@ void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& 
 
 void measure_tool(ToolCell& cell, const SweepTask& task) {
   ReplayOptions options;
-  options.scheme = kToolSchemes[cell.scheme];
+  options.scheme = static_cast<Scheme>(cell.scheme);
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.references = {&task.reference, 1};
   const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
@@ -113,8 +110,8 @@ void report(const ToolCells& cells) {
              "%", "step N", "bytes", "build ms", "us (99 %)");
   for (const ToolCell& c : cells)
     fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
-               c.scene, c.tool, kSchemesOfTools[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db,
-               100 * c.torque_p95, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+               c.scene, c.tool, kSchemeNames[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db, 100 * c.torque_p95,
+               c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
 }
 
 int run_tools(const ToolFlags& flags) {

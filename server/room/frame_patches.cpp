@@ -149,10 +149,10 @@ StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
       const ToolPort& port = body_->ports()[k];
       if (port.kind != ContactKind::attach && !port.touching) continue;
       frame.contact = true;
-      frame.force -= port.lambda;
-      if (!port.body) continue;
-      const Vec3 contact = contact_place(port, frame_model_.tool(k).position, frame_model_.normal(k));
-      frame.torque -= (contact - frame.tool).cross(port.lambda);
+      const Vec3 normal = port.body ? frame_model_.normal(k) : Vec3(Vec3::Zero());
+      const Wrench wrench = wrench_of(port, body_->tool_of(job)->track.turning(stamp), normal);
+      frame.force += wrench.force;
+      frame.torque += wrench.torque;
     }
     if (task.builds || task.reuses) give_patch(task, frame);
   }

@@ -61,9 +61,9 @@ class SteppedBody {
   /// Returns the stations whose tools were released in the last step() because they cost too much.
   const std::vector<StationId>& released() const { return released_; }
 
-  const std::vector<ToolPort>& ports() const { return ports_; }
   /// Ports have the station of their tool as their tool's number; a tool with a body has one for each of its spheres, a needle
   /// those of needle_ports.hpp.
+  const std::vector<ToolPort>& ports() const { return ports_; }
   /// Sets the nearest point of the surface to a tool that does not touch.
   void move_point(std::size_t k, const SurfacePoint& point) { ports_[k].point = point; }
   /// Sets the paths that needles which are outside would take (needle_ports.hpp).
