@@ -13,7 +13,8 @@ import subprocess
 import sys
 import tempfile
 
-PATIENCE_S = 120
+from running import PATIENCE_S, at_last
+
 VARIABLES = {"openhaptics": ("PALPATE_LIBHD", "libstandin_hd.so"), "forcedimension": ("PALPATE_LIBDHD", "libstandin_dhd.so")}
 
 
@@ -92,16 +93,6 @@ def check_listing(client):
     for device in VARIABLES:
         assert f"{device}: its library can be loaded" in done.stdout, done.stdout
     assert "forcedimension: its library can be loaded and sees 1 device\n" in done.stdout, done.stdout
-
-
-def at_last(check, *arguments):
-    """A machine that stands still for tens of milliseconds has the watchdog take a force away: then the same is tried again."""
-    for attempt in range(4):
-        try:
-            return check(*arguments)
-        except AssertionError:
-            if attempt == 3:
-                raise
 
 
 def check_pushes(client, device):
