@@ -98,7 +98,7 @@ struct LumpCurve {
     const auto at = std::ranges::find_if(cells, [](const LumpCell& c) { return c.diameter_mm == 0; });
     return at == cells.end() ? nullptr : &*at;
   }
-  /// Smallest diameter that is felt at a ratio [mm]; negative: none of those tried.
+  /// Smallest diameter that is felt at a ratio [mm], an upper bound where it is the smallest that was tried; negative: none.
   double detectable_mm(double ratio, double weber) const {
     std::vector<IndexAt> indices;
     for (const LumpCell& c : cells)
@@ -164,7 +164,10 @@ void draw(const std::filesystem::path& out, const std::vector<LumpCurve>& curves
 void report(const LumpCells& cells, double weber, const std::filesystem::path& out) {
   const std::vector<LumpCurve> curves = curves_of(cells);
   const std::vector<double> ratios = ratios_of(curves);
-  Json summary{{"weber", weber}, {"curves", Json::array()}};
+  double smallest_mm = kLargestLumpM * 1e3;
+  for (const LumpCell& c : cells)
+    if (c.diameter_mm > 0) smallest_mm = std::min(smallest_mm, c.diameter_mm);
+  Json summary{{"weber", weber}, {"smallest_tried_mm", smallest_mm}, {"curves", Json::array()}};
   fmt::print("\nsmallest felt diameter [mm], Weber fraction {:g}\n{:<8} {:>8} {:>12} {:>10}", weber, "scheme", "RTT [ms]",
              "beside [N/m]", "spread");
   for (const double ratio : ratios) fmt::print(" {:>9}", fmt::format("ratio {:g}", ratio));
@@ -179,7 +182,7 @@ void report(const LumpCells& cells, double weber, const std::filesystem::path& o
     fmt::print("{:<8} {:>8g} {:>12.1f} {:>10.2f}", name_of(curve.scheme), curve.rtt_ms, beside.stiffness_n_m, beside.spread_n_m);
     for (const double ratio : ratios) {
       const double mm = curve.detectable_mm(ratio, weber);
-      fmt::print(" {:>9}", mm < 0 ? "none" : fmt::format("{:.1f}", mm));
+      fmt::print(" {:>9}", mm < 0 ? "none" : fmt::format("{}{:.1f}", mm > smallest_mm ? "" : "<= ", mm));
       row["detectable_mm"][fmt::format("{:g}", ratio)] = mm < 0 ? Json() : Json(mm);
     }
     fmt::print("\n");

@@ -75,6 +75,8 @@ double detectable_diameter_m(std::span<const IndexAt> indices) {
   for (const IndexAt& at : indices) {
     if (at.index < 1)
       diameter_m = -1;
+    else if (before.diameter_m == 0)
+      diameter_m = at.diameter_m;
     else if (diameter_m < 0)
       diameter_m = before.diameter_m + (at.diameter_m - before.diameter_m) * (1 - before.index) / (at.index - before.index);
     before = at;

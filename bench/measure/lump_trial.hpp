@@ -50,8 +50,8 @@ double detection_index(const FeltStiffness& lump, const FeltStiffness& beside, d
 struct IndexAt {
   double diameter_m = 0, index = 0;
 };
-/// Diameter above which every index is at least 1, linear between those given, ascending; negative where there is none. The index
-/// of no lump, 0, is implied.
+/// Diameter above which every index is at least 1, linear between those given, ascending and above 0. Where they all are it is
+/// the smallest that is given: an upper bound. Negative where there is none.
 double detectable_diameter_m(std::span<const IndexAt> indices);
 
 }  // namespace palpate
