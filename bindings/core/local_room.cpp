@@ -51,6 +51,14 @@ SchemeAsked scheme_asked(const std::string& name, const std::string& where) {
 
 LocalRoom::LocalRoom(const Scene& scene) : room_(scene), contact_(scene.tool.contact) { room_.start(now_); }
 
+void LocalRoom::renew() {
+  room_ = room_.at_rest();
+  now_ = {};
+  room_.start(now_);
+  reset_ = false;
+  tools_.clear();
+}
+
 FrameResult LocalRoom::step(std::span<const LocalTool> tools, const LocalStep& options) {
   if (tools.empty()) throw InputError("tools", "are none", "at least one, or a step without tools");
   if (contact_ == ContactKind::attach && tools.size() > 1)

@@ -53,8 +53,10 @@ class LocalRoom {
   FrameResult step(std::span<const LocalTool> tools, const LocalStep& options);
   /// Lets the body move without tools for `ticks` ms.
   FrameResult step_alone(std::size_t ticks, const LocalStep& options);
-  /// Puts the body back to rest at the beginning of the next step.
+  /// Puts the body back to rest at the beginning of the next step; its last bits are not those of a new one.
   void reset() { reset_ = true; }
+  /// Begins anew at 0 s, with the bits of LocalRoom(scene), in less time.
+  void renew();
   /// Returns in one line which integrator moves the body, and why.
   const std::string& integrator() const { return room_.integrator(); }
 

@@ -23,7 +23,8 @@ class LocalRooms {
   LocalRooms(const Scene& scene, std::size_t count, ThreadPool& pool);
 
   std::size_t size() const { return rooms_.size(); }
-  /// Replaces room k by a body of this scene at rest; k < size().
+  /// Replaces room k by a body at rest, of its scene or of another one; k < size(). The first takes less time.
+  void renew(std::size_t k) { rooms_[k]->renew(); }
   void renew(std::size_t k, const Scene& scene) { rooms_[k] = std::make_unique<LocalRoom>(scene); }
   /// Moves the tool of each room in `ticks` ms from `from` to `from + by` on a straight line, at from + by t / ticks after t ms,
   /// and the body with it. The spans have size() items. Throws InputError for ticks beyond 1 to kMaxStepTicks and places out of

@@ -127,7 +127,10 @@ void add_room(py::module_& module) {
           "Raises InputError for paths of other shapes and positions that are not finite or beyond 10 m.")
       .def("step_alone", &step_alone, py::arg("ticks"), py::kw_only(), py::arg("shape") = usual.shape,
            "Lets the body move without tools for ticks milliseconds (1 to 1000), and returns the Frame.")
-      .def("reset", &LocalRoom::reset, "Puts the body back to rest at the beginning of the next step.");
+      .def("reset", &LocalRoom::reset,
+           "Puts the body back to rest at the beginning of the next step; its last bits are not those of a new one.")
+      .def("renew", &LocalRoom::renew, py::call_guard<py::gil_scoped_release>(),
+           "Begins anew at 0 s, with the bits of Room(scene), in less time.");
 }
 
 }  // namespace palpate::python

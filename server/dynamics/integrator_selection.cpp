@@ -63,12 +63,17 @@ Candidate explicit_candidate(const Scene& scene, const Dynamics& dynamics, const
   return made;
 }
 
-ChosenStepper chosen(Candidate candidate, const std::string& why) {
-  return {std::move(candidate.stepper), fmt::format("{} ({})", candidate.figures, why), candidate.cost, candidate.step_s};
+ChosenStepper chosen(Candidate candidate, const std::string& why, const std::optional<Spectrum>& spectrum = {}) {
+  return {std::move(candidate.stepper), fmt::format("{} ({})", candidate.figures, why), candidate.cost, candidate.step_s,
+          spectrum};
 }
 
-/// That which the scene asks for; an empty one where it leaves it to us.
-Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+/// That which the scene asks for; an empty one where it leaves it to us. Sets the spectrum where the integrator needs it.
+Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin, std::optional<Spectrum>& spectrum) {
+  const auto with_stages = [&](ExplicitIntegrator::Stages stages) {
+    if (!spectrum) spectrum = spectrum_of(dynamics);
+    return explicit_candidate(scene, dynamics, skin, stages, *spectrum);
+  };
   const auto refuse = [&](const char* kind, const char* instead, const char* why) {
     throw InputError("scene \"" + scene.name + "\": solver.integrator", fmt::format("is \"{}\"", kind),
                      fmt::format("{} or \"automatic\": {}", instead, why));
@@ -86,27 +91,31 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
       return implicit_candidate(scene, dynamics, skin, false);
     case IntegratorKind::leapfrog:
       if (!covered) refuse("explicit", "\"tr-bdf2\"", kExplicitBodies);
-      return explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, spectrum_of(dynamics));
+      return with_stages(ExplicitIntegrator::Stages::one);
     case IntegratorKind::stabilised:
       if (!covered) refuse("stabilised", "\"tr-bdf2\"", kExplicitBodies);
       break;
   }
-  Candidate stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, spectrum_of(dynamics));
+  Candidate stabilised = with_stages(ExplicitIntegrator::Stages::more);
   if (!stabilised.stepper) refuse("stabilised", "\"explicit\"", "the body has too little damping for stabilised steps");
   return stabilised;
 }
 
 }  // namespace
 
-ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
-  if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin,
+                             const std::optional<Spectrum>& known) {
+  std::optional<Spectrum> spectrum = known;
+  if (Candidate asked = asked_for(scene, dynamics, skin, spectrum); asked.stepper)
+    return chosen(std::move(asked), "as the scene says", spectrum);
   if (scene.tool.needle) return chosen(implicit_candidate(scene, dynamics, skin, true), "a needle is for implicit steps");
   if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kExplicitBodies);
   Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
-  const Spectrum spectrum = spectrum_of(dynamics);
-  Candidate leapfrog = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, spectrum),
-            stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, spectrum);
-  if (leapfrog.may_resonate) return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps");
+  if (!spectrum) spectrum = spectrum_of(dynamics);
+  Candidate leapfrog = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, *spectrum),
+            stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, *spectrum);
+  if (leapfrog.may_resonate)
+    return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps", spectrum);
   const bool grasped_solid = dynamics.body().is_solid() && scene.tool.contact == ContactKind::attach;
   const bool damped = stabilised.stepper && !grasped_solid && leapfrog.cost > kLeapfrogMost &&
                       kStabilisedWorth * stabilised.cost <= leapfrog.cost;
@@ -114,8 +123,8 @@ ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const
   Candidate& other = damped ? leapfrog : stabilised;
   const std::string others = other.stepper ? other.figures : "stabilised: too little damping";
   if (kExplicitWorth * best.cost <= implicit.cost)
-    return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures));
-  return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others));
+    return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures), spectrum);
+  return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others), spectrum);
 }
 
 }  // namespace palpate

@@ -17,21 +17,26 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "server/body/skin.hpp"
+#include "server/body/spectrum.hpp"
 #include "server/dynamics/stepper.hpp"
 
 namespace palpate {
 
 struct ChosenStepper {
   std::unique_ptr<Stepper> stepper;
-  std::string reason;  ///< one line for people: which one and why
-  double cost = 0;     ///< estimate: share of a core
-  double step_s = 0;   ///< the longest to ask it for
+  std::string reason;                     ///< one line for people: which one and why
+  double cost = 0;                        ///< estimate: share of a core
+  double step_s = 0;                      ///< the longest to ask it for
+  std::optional<Spectrum> spectrum = {};  ///< of the body, where the choice depends on it
 };
 
-/// `dynamics` and `skin` must outlive it. Throws InputError where the scene asks for one that its body does not suit.
-ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin);
+/// `dynamics` and `skin` must outlive it. `spectrum`: of `dynamics`, if a choice for the same scene has computed it already.
+/// Throws InputError where the scene asks for one that its body does not suit.
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin,
+                             const std::optional<Spectrum>& spectrum = {});
 
 }  // namespace palpate

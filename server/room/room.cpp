@@ -16,12 +16,14 @@ constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of i
 }  // namespace
 
 struct Room::State {
-  explicit State(const Scene& scene) : body(scene), patches(body) {}
+  explicit State(const Scene& scene, const SteppedBody* like = nullptr) : body(scene, like), patches(body) {}
   SteppedBody body;
   FramePatches patches;
 };
 
 Room::Room(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+Room::Room(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Room Room::at_rest() const { return Room(std::make_unique<State>(state_->body.scene(), &state_->body)); }
 Room::~Room() = default;
 Room::Room(Room&&) noexcept = default;
 Room& Room::operator=(Room&&) noexcept = default;

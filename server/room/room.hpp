@@ -97,6 +97,8 @@ Vec3 home_of(const Scene& scene);
 class Room {
  public:
   explicit Room(const Scene& scene);
+  /// Returns a new room of the same scene, with the bits of Room(scene): it copies what this one computed of the body at rest.
+  Room at_rest() const;
   ~Room();
   Room(Room&&) noexcept;
   Room& operator=(Room&&) noexcept;
@@ -131,6 +133,7 @@ class Room {
 
  private:
   struct State;
+  explicit Room(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 

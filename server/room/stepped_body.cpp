@@ -9,15 +9,15 @@
 
 namespace palpate {
 
-SteppedBody::SteppedBody(const Scene& scene)
+SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
     : scene_(scene),
       skin_(scene_.body, scene_.tool.radius_m),
       tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
       dynamics_(scene_.body),
-      integrator_(choose_stepper(scene_, dynamics_, skin_)),
-      rest_(settled_state(dynamics_, scene_.name)),
+      integrator_(choose_stepper(scene_, dynamics_, skin_, like ? like->integrator_.spectrum : std::nullopt)),
+      rest_(like ? like->rest_ : settled_state(dynamics_, scene_.name)),
       body_(rest_),
-      softest_1_s2_(softest_stiffness(dynamics_)),
+      softest_1_s2_(like ? like->softest_1_s2_ : softest_stiffness(dynamics_)),
       stillness_(dynamics_, softest_1_s2_, rest_.x) {
   fall_asleep();
 }

@@ -71,13 +71,14 @@ except ImportError:
         def __init__(self, low, high, shape, dtype=np.float64):
             self.shape, self.dtype = tuple(shape), np.dtype(dtype)
             self.low, self.high = np.full(shape, low, dtype), np.full(shape, high, dtype)
+            self._drawn = np.clip(self.low, -1e6, None), np.clip(self.high, None, 1e6)
             self._random = np.random.default_rng()
 
         def seed(self, seed=None):
             self._random = np.random.default_rng(seed)
 
         def sample(self):
-            return self._random.uniform(np.maximum(self.low, -1e6), np.minimum(self.high, 1e6)).astype(self.dtype)
+            return self._random.uniform(*self._drawn).astype(self.dtype, copy=False)
 
         def contains(self, x):
             x = np.asarray(x)
@@ -114,6 +115,7 @@ class Touch(Base):
     def __init__(self, scene=None, *, step_s=0.02, max_speed=0.1, max_steps=250):
         self.scene = scene if scene is not None else Scene(find_scene("touch-cube"))
         self.step_s, self.max_speed, self.max_steps = step_s, max_speed, max_steps
+        self._room, self._scene = None, None  # the body, and its scene
         self._ticks = int(round(1e3 * step_s))
         self._share = (np.arange(1, self._ticks + 1) / self._ticks)[:, None]
         self.action_space = Box(-1.0, 1.0, shape=(3,), dtype=np.float64)
@@ -123,7 +125,10 @@ class Touch(Base):
         """Takes a body at rest, with the tool at scene.home; draws the task's numbers. Returns (observation, info)."""
         super().reset(seed=seed)
         self.place_at_home(options)
-        self._room = Room(self.scene)  # a body that was used and reset differs from it in the last digits
+        if self.scene is self._scene:
+            self._room.renew()
+        else:
+            self._room, self._scene = Room(self.scene), self.scene
         return self.observation(), {}
 
     def place_at_home(self, options):
@@ -312,7 +317,7 @@ class Vector(VectorBase):
         self._makers = concurrent.futures.ThreadPoolExecutor(self._rooms.threads)
         self.tool, self.force = np.zeros((count, 3)), np.zeros((count, 3))
         self.contact, self.steps = np.zeros(count, bool), np.zeros(count, int)
-        self._home = np.zeros((count, 3))
+        self._home, self._scenes = np.zeros((count, 3)), [one.scene] * count
 
     def reset(self, *, seed=None, options=None):
         """Begins an episode in every environment. Returns (observations, infos)."""
@@ -327,6 +332,7 @@ class Vector(VectorBase):
         self.force, self.contact, failed = self._rooms.step(self.tool, by, self._ticks)
         self.tool = self.tool + by
         self.steps += 1
+        self._show_all()
         rewards, terminated = self._judge(actions)
         truncated = self.steps >= all.max_steps
         observations, infos = self._observations(), {"failed": failed}
@@ -341,7 +347,13 @@ class Vector(VectorBase):
         """Begins an episode in these environments: each draws what it needs as it does alone; their bodies are made side by side."""
         for k in which:
             self._draw(k, seeds[k], options)
-        list(self._makers.map(lambda k: self._rooms.renew(k, self.envs[k].scene), which))
+        list(self._makers.map(self._renew, which))
+        self._show_all()
+
+    def _renew(self, k):
+        scene = self.envs[k].scene
+        self._rooms.renew(k, None if scene is self._scenes[k] else scene)
+        self._scenes[k] = scene
 
     def _draw(self, k, seed, options):
         env = self.envs[k]
@@ -370,7 +382,6 @@ class Vector(VectorBase):
 
     def _judge(self, actions):
         if self._all.drawn is not None:
-            self._show_all()
             rewards, terminated = self._all.judge()
             return np.asarray(rewards, np.float64), np.asarray(terminated, bool)
         judged = []
@@ -389,6 +400,5 @@ class Vector(VectorBase):
             for k in range(self.num_envs):
                 observations[k, 6:] = self._show_one(k).numbers()
         elif self._all.extra:
-            self._show_all()
             observations[:, 6:] = np.transpose(self._all.numbers())
         return observations
