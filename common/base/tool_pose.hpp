@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "common/base/rotation_vector.hpp"
 #include "common/base/types.hpp"
 
 namespace palpate {
@@ -22,7 +23,7 @@ inline bool is_unit(const Rotation& q) noexcept { return std::abs(q.norm() - 1) 
 
 /// Interpolates by the share `s` from one to the other; returns the first when one of them is empty.
 inline Orientation orientation_between(const Orientation& from, const Orientation& to, double s) {
-  return from && to ? Orientation(from->normalized().slerp(s, to->normalized())) : from;
+  return from && to ? Orientation(interpolate(from->normalized(), to->normalized(), s)) : from;
 }
 
 }  // namespace palpate

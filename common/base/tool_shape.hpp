@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "common/base/rotation_vector.hpp"
 #include "common/base/types.hpp"
 
 namespace palpate {
@@ -39,7 +40,7 @@ struct ToolPose {
 
 /// Returns the pose at the share `s` of the way from one to the other, with constant velocity and spin.
 inline ToolPose pose_between(const ToolPose& from, const ToolPose& to, double s) {
-  return {from.position + s * (to.position - from.position), from.turn.slerp(s, to.turn)};
+  return {from.position + s * (to.position - from.position), interpolate(from.turn, to.turn, s)};
 }
 
 }  // namespace palpate

@@ -29,12 +29,7 @@ inline Wrench finite_parts(const Wrench& w) {
 
 /// Returns the largest s <= 1 for which s F and s T are within their limits; a limit that is not above 0 is none. One scale for
 /// both keeps the line of action, and a wrench that has a potential still has one (docs/decisions/0077-torque.md).
-inline double share_within(const Wrench& w, double most_n, double most_nm) {
-  const double force_n = w.force.stableNorm(), torque_nm = w.torque.stableNorm();
-  const double of_force = most_n <= 0 || force_n <= most_n ? 1 : most_n / force_n;
-  const double of_torque = most_nm <= 0 || torque_nm <= most_nm ? 1 : most_nm / torque_nm;
-  return of_force < of_torque ? of_force : of_torque;
-}
+double share_within(const Wrench& w, double most_n, double most_nm);
 inline Wrench limited_to(const Wrench& w, double most_n, double most_nm) {
   const double share = share_within(w, most_n, most_nm);
   return share < 1 ? share * w : w;

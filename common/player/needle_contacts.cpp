@@ -9,11 +9,12 @@ NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
   if (empty()) return;
   const auto r = patch.modes();
   for (std::size_t j = 0; j < shaft_.size(); ++j) {
-    shaft_[j].rows = needle_.points[j].rows;
-    if (r > 0) shaft_[j].response = psi0 * shaft_[j].rows.transpose();
-    set_response(shaft_[j]);
+    const PortRows& rows = needle_.points[j].rows;
+    shaft_[j].push.response.resize(2 * r, 3);
+    if (r > 0) shaft_[j].push.response = psi0 * rows.transpose();
+    shaft_[j].push.set_compliance(rows, contact_stiffness_n_m_);
   }
-  tip_.rows.resize(3, r);
+  tip_rows_.resize(3, r);
   tip_.response.resize(2 * r, 3);
   if (!inside()) return;
   place_tip();
@@ -23,11 +24,11 @@ NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
   const Vec3 axis = tool.turn * Vec3::UnitZ();
   for (int j = 0; j < kNeedlePoints; ++j) {
     const auto at = static_cast<std::size_t>(j);
-    bonded_[at] = shaft_share_m(needle_.layers, needle_.tip, j) > 0;
-    const Mat3 compliance = shaft_[at].compliance;
-    shaft_[at].compliance.setZero();
+    shaft_[at].bonded = shaft_share_m(needle_.layers, needle_.tip, j) > 0;
+    const Mat3 compliance = shaft_[at].push.compliance;
+    shaft_[at].push.compliance.setZero();
     close_shaft(j, none, tool, axis);
-    shaft_[at].compliance = compliance;
+    shaft_[at].push.compliance = compliance;
   }
   const Mat3 compliance = tip_.compliance;
   tip_.compliance.setZero();
@@ -39,22 +40,13 @@ NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
   tip_.compliance = compliance;
 }
 
-void NeedleContacts::set_response(Contact& contact) const noexcept {
-  const auto r = contact.rows.cols();
-  contact.compliance.setZero();
-  if (r == 0) return;
-  const Mat3 moved = contact.rows * contact.response.topRows(r);
-  contact.share_next = share_of_next_step(contact_stiffness_n_m_, moved);
-  contact.compliance = (1 - contact.share_next) * moved;
-}
-
 void NeedleContacts::place_tip() noexcept {
   const PathPlace at = place_on_path(needle_.layers, needle_.tip.depth_m);
   const auto j = static_cast<std::size_t>(at.j);
   const double part = std::min(at.part, 1.0);
-  tip_.rows = (1 - part) * shaft_[j].rows + part * shaft_[j + 1].rows;
-  tip_.response = (1 - part) * shaft_[j].response + part * shaft_[j + 1].response;
-  set_response(tip_);
+  tip_rows_ = (1 - part) * needle_.points[j].rows + part * needle_.points[j + 1].rows;
+  tip_.response = (1 - part) * shaft_[j].push.response + part * shaft_[j + 1].push.response;
+  tip_.set_compliance(tip_rows_, contact_stiffness_n_m_);
 }
 
 Vec3 NeedleContacts::at_depth(double depth_m, const ModeVector& q, Vec3& tau) const noexcept {
@@ -74,63 +66,64 @@ bool NeedleContacts::punctures(const Vec3& push, const ToolPose& tool) const noe
 
 void NeedleContacts::enter(const StateVector& z, const Vec3& entry) noexcept {
   needle_.tip = {true, 0, 0, 0};
-  bonded_.fill(false);
   Vec3 tau;
-  const Vec3 offset = entry - at_depth(0, z.head(tip_.rows.cols()), tau);
+  const Vec3 offset = entry - at_depth(0, z.head(tip_rows_.cols()), tau);
   for (PatchNeedle::Point& point : needle_.points) point.position += offset;
-  for (Contact& contact : shaft_) contact.lambda.setZero();
+  for (ShaftContact& contact : shaft_) {
+    contact.bonded = false;
+    contact.push.lambda.setZero();
+  }
   place_tip();
   tip_.lambda.setZero();
 }
 
 void NeedleContacts::carry_on(StateVector& next) const noexcept {
   if (!inside()) return;
-  for (const Contact& contact : shaft_) next.noalias() += contact.share_next * (contact.response * contact.lambda);
-  next.noalias() += tip_.share_next * (tip_.response * tip_.lambda);
+  for (const ShaftContact& contact : shaft_) contact.push.carry_on(next);
+  tip_.carry_on(next);
 }
 
 ModeVector NeedleContacts::moved() const noexcept {
-  ModeVector q = ModeVector::Zero(tip_.rows.cols());
+  ModeVector q = ModeVector::Zero(tip_rows_.cols());
   if (!inside()) return q;
-  for (const Contact& contact : shaft_) q += contact.moved();
+  for (const ShaftContact& contact : shaft_) q += contact.push.moved();
   q += tip_.moved();
   return q;
 }
 
 void NeedleContacts::close(StateVector& z, const ToolPose& tool) noexcept {
   const Vec3 axis = tool.turn * Vec3::UnitZ();
-  ModeVector q = z.head(tip_.rows.cols()) + moved();
+  ModeVector q = z.head(tip_rows_.cols()) + moved();
   for (int j = 0; j < kNeedlePoints; ++j) {
-    Contact& contact = shaft_[static_cast<std::size_t>(j)];
-    q -= contact.moved();
+    const PortPush& push = shaft_[static_cast<std::size_t>(j)].push;
+    q -= push.moved();
     close_shaft(j, q, tool, axis);
-    q += contact.moved();
-    z.noalias() += (1 - contact.share_next) * (contact.response * contact.lambda);
+    q += push.moved();
+    push.add_to(z);
   }
   q -= tip_.moved();
   close_tip(q, tool);
-  z.noalias() += (1 - tip_.share_next) * (tip_.response * tip_.lambda);
+  tip_.add_to(z);
   if (inside()) return;
-  for (Contact& contact : shaft_) contact.lambda.setZero();
+  for (ShaftContact& contact : shaft_) contact.push.lambda.setZero();
   tip_.lambda.setZero();
 }
 
 void NeedleContacts::close_shaft(int j, const ModeVector& q, const ToolPose& tool, const Vec3& axis) noexcept {
-  const auto at = static_cast<std::size_t>(j);
-  Contact& contact = shaft_[at];
-  contact.lambda.setZero();
+  ShaftContact& contact = shaft_[static_cast<std::size_t>(j)];
+  contact.push.lambda.setZero();
   const double share_m = shaft_share_m(needle_.layers, needle_.tip, j);
   const bool reached = share_m > 0;
-  PatchNeedle::Point& point = needle_.points[at];
+  PatchNeedle::Point& point = needle_.points[static_cast<std::size_t>(j)];
   Vec3 gap = tool.position - point.position;
-  gap.noalias() -= contact.rows * q;
-  if (reached && !bonded_[at]) point.bond_m = -axis.dot(gap);
-  bonded_[at] = reached;
+  gap.noalias() -= point.rows * q;
+  if (reached && !contact.bonded) point.bond_m = -axis.dot(gap);
+  contact.bonded = reached;
   if (!reached) return;
   gap += point.bond_m * axis;
   const PathClosure closure =
-      close_on_path(gap, contact.compliance, axis, shaft_contact(needle_.layers, j, share_m, contact_stiffness_n_m_));
-  contact.lambda = closure.lambda;
+      close_on_path(gap, contact.push.compliance, axis, shaft_contact(needle_.layers, j, share_m, contact_stiffness_n_m_));
+  contact.push.lambda = closure.lambda;
   contact.arm = point.bond_m * axis;
   point.bond_m -= closure.slip_m;
 }
@@ -153,9 +146,9 @@ void NeedleContacts::close_tip(const ModeVector& q, const ToolPose& tool) noexce
 void NeedleContacts::add(Vec3& force, Vec3& torque) const noexcept {
   if (!inside()) return;
   force -= tip_.lambda;
-  for (const Contact& contact : shaft_) {
-    force -= contact.lambda;
-    torque -= contact.arm.cross(contact.lambda);
+  for (const ShaftContact& contact : shaft_) {
+    force -= contact.push.lambda;
+    torque -= contact.arm.cross(contact.push.lambda);
   }
 }
 

@@ -14,8 +14,7 @@
 
 #include "common/patch/needle.hpp"
 #include "common/patch/patch.hpp"
-#include "common/player/other_contacts.hpp"
-#include "common/player/propagator.hpp"
+#include "common/player/port_push.hpp"
 
 namespace palpate {
 
@@ -43,17 +42,11 @@ class NeedleContacts {
   void add(Vec3& force, Vec3& torque) const noexcept;
 
  private:
-  using Response = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3>;
-  struct Contact {
-    PortRows rows;
-    Response response;  // Psi0 R^T
-    double share_next = 0;
-    Mat3 compliance = Mat3::Zero();
-    Vec3 lambda = Vec3::Zero();
+  struct ShaftContact {
+    PortPush push;
+    bool bonded = false;      // whether the shaft has reached the point
     Vec3 arm = Vec3::Zero();  // from the tool point, where it pushes
-    ModeVector moved() const { return (1 - share_next) * (response.topRows(rows.cols()) * lambda); }
   };
-  void set_response(Contact& contact) const noexcept;
   void place_tip() noexcept;
   Vec3 at_depth(double depth_m, const ModeVector& q, Vec3& tau) const noexcept;
   void close_shaft(int j, const ModeVector& q, const ToolPose& tool, const Vec3& axis) noexcept;
@@ -61,9 +54,9 @@ class NeedleContacts {
 
   PatchNeedle needle_;
   double contact_stiffness_n_m_ = 0;
-  std::array<Contact, kNeedlePoints> shaft_;
-  std::array<bool, kNeedlePoints> bonded_{};  // whether the shaft has reached the point
-  Contact tip_;
+  std::array<ShaftContact, kNeedlePoints> shaft_;
+  PortRows tip_rows_;
+  PortPush tip_;
 };
 
 }  // namespace palpate

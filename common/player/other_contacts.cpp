@@ -5,10 +5,6 @@
 
 namespace palpate {
 
-double share_of_next_step(double contact_stiffness_n_m, const Mat3& moved) noexcept {
-  return contact_stiffness_n_m > 0 ? 0.5 / std::max(contact_stiffness_n_m * moved.trace(), 1.0) : 0.0;
-}
-
 OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double dt_s)
     : count_(patch.others.count),
       own_(patch.others.own),
@@ -20,39 +16,35 @@ OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double 
     Contact& contact = contacts_[j];
     contact.tool = patch.others.of[j];
     contact.touching = contact.tool.touching;
-    const PortRows& rows = contact.tool.rows;
-    contact.response = psi0 * rows.transpose();
-    const Mat3 moved = rows * contact.response.topRows(rows.cols());
-    contact.share_next = share_of_next_step(parameters_.contact_stiffness_n_m, moved);
-    contact.compliance = contact.tool.c_static + (1 - contact.share_next) * moved;
+    contact.push.response = psi0 * contact.tool.rows.transpose();
+    contact.push.set_compliance(contact.tool.rows, parameters_.contact_stiffness_n_m, contact.tool.c_static);
     if (!contact.touching) continue;
     // At the stamp the modes are at zero, so c_static alone determines the push.
     const ContactClosure at_stamp =
         close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, parameters_);
-    contact.lambda = at_stamp.lambda;
+    contact.push.lambda = at_stamp.lambda;
   }
 }
 
 void OtherContacts::carry_on(StateVector& next) const noexcept {
-  for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(count_)))
-    next.noalias() += contact.share_next * (contact.response * contact.lambda);
+  for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(count_))) contact.push.carry_on(next);
 }
 
 void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept {
   const auto contacts = std::span(contacts_).first(static_cast<std::size_t>(count_));
   ++steps_;
   ModeVector q = z.head(own.size()) + own;
-  for (const Contact& contact : contacts) q += contact.moved();
+  for (const Contact& contact : contacts) q += contact.push.moved();
   const double t = std::min(static_cast<double>(steps_) * dt_, moves_for_s_);
   for (std::size_t j = 0; j < contacts.size(); ++j) {
     Contact& contact = contacts[j];
     const OtherContact& other = contact.tool;
-    q -= contact.moved();
+    q -= contact.push.moved();
     close(contact, q,
           static_cast<int>(j) < own_ ? Vec3(tool.centre_of(other.sphere) - at_stamp_.centre_of(other.sphere))
                                      : Vec3(t * other.velocity + (0.5 * t * t) * other.acceleration));
-    q += contact.moved();
-    z.noalias() += (1 - contact.share_next) * (contact.response * contact.lambda);
+    q += contact.push.moved();
+    contact.push.add_to(z);
   }
 }
 
@@ -61,8 +53,8 @@ bool OtherContacts::add_own(const ToolPose& tool, Vec3& force, Vec3& torque) con
   for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(own_))) {
     const ToolSphere& sphere = contact.tool.sphere;
     const Vec3 arm = tool.turn * sphere.centre - sphere.radius_m * contact.tool.normal;
-    force -= contact.lambda;
-    torque -= arm.cross(contact.lambda);
+    force -= contact.push.lambda;
+    torque -= arm.cross(contact.push.lambda);
     any |= contact.touching;
   }
   return any;
@@ -72,17 +64,17 @@ void OtherContacts::close(Contact& contact, const ModeVector& q, const Vec3& dis
   const OtherContact& tool = contact.tool;
   Vec3 gap = tool.gap + displacement - contact.slid;
   gap.noalias() -= tool.rows * q;
-  contact.lambda.setZero();
+  contact.push.lambda.setZero();
   if (!contact.touching) {
     const double height = tool.normal.dot(gap);
     if (height >= 0) return;
     contact.slid += gap - height * tool.normal;
     gap = height * tool.normal;
   }
-  const ContactClosure closure = close_contact(Vec3::Zero(), contact.compliance, tool.normal, gap, parameters_);
+  const ContactClosure closure = close_contact(Vec3::Zero(), contact.push.compliance, tool.normal, gap, parameters_);
   contact.touching = closure.touching;
   contact.slid += closure.slip;
-  contact.lambda = closure.lambda;
+  contact.push.lambda = closure.lambda;
 }
 
 }  // namespace palpate

@@ -19,12 +19,9 @@
 
 #include "common/patch/contact_law.hpp"
 #include "common/patch/patch.hpp"
-#include "common/player/propagator.hpp"
+#include "common/player/port_push.hpp"
 
 namespace palpate {
-
-/// s: share of a contact's push that counts in the next step, where the modes yield by `moved` to a push that lasts a step [m/N].
-double share_of_next_step(double contact_stiffness_n_m, const Mat3& moved) noexcept;
 
 class OtherContacts {
  public:
@@ -38,19 +35,16 @@ class OtherContacts {
   /// the other tools' pushes are added to it. `own`: contribution of the tool's own contact to q, one step old.
   void close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept;
   /// Returns lambda_j, the force on the body [N].
-  const Vec3& push(int j) const { return contacts_[static_cast<std::size_t>(j)].lambda; }
+  const Vec3& push(int j) const { return contacts_[static_cast<std::size_t>(j)].push.lambda; }
   /// Adds force [N] and torque about the tool point [N m] on a tool whose other spheres touch. Returns true if any does.
   bool add_own(const ToolPose& tool, Vec3& force, Vec3& torque) const noexcept;
 
  private:
   struct Contact {
     OtherContact tool;
-    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response;  // Psi0 R^T
-    double share_next = 0;
-    Mat3 compliance = Mat3::Zero();
+    PortPush push;
     bool touching = false;
-    Vec3 slid = Vec3::Zero(), lambda = Vec3::Zero();
-    ModeVector moved() const { return (1 - share_next) * (response.topRows(tool.rows.cols()) * lambda); }
+    Vec3 slid = Vec3::Zero();
   };
   void close(Contact& contact, const ModeVector& q, const Vec3& displacement) const noexcept;
 

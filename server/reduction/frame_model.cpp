@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/base/rotation_vector.hpp"
+
 namespace palpate {
 
 double shift_for(Micros horizon) {
@@ -81,7 +83,7 @@ std::vector<FrameModel::SlidingLoad> FrameModel::sliding_loads(std::size_t k) {
   if (!wanted_[k] || !port.touching || port.on_path() || wanted_[k]->time_s == 0) return loads;
   for (const Vec3& way : expected_slides(tools_[k].velocity, normal(k), *wanted_[k])) {
     const SurfacePoint end = slide(skin_->view(), positions(), port.point, way);
-    const auto turn = Eigen::Quaterniond::FromTwoVectors(normal(k), normal_at(skin_->view(), positions(), end));
+    const Rotation turn = shortest_rotation(normal(k), normal_at(skin_->view(), positions(), end));
     loads.push_back({end, turn * port.lambda});
   }
   return loads;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/base/rotation_vector.hpp"
 #include "server/operators/local_body.hpp"
 #include "server/sampling/element_gradient.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 /// Returns orthogonal d_c of one length, right-handed, with b . d_c = -1.
 Mat3 axes_towards(const Vec3& b) {
   const Vec3 diagonal = Vec3::Constant(-1 / std::sqrt(3.0));
-  return std::sqrt(3.0) / b.norm() * Eigen::Quaterniond::FromTwoVectors(diagonal, b).toRotationMatrix();
+  return std::sqrt(3.0) / b.norm() * shortest_rotation(diagonal, b).toRotationMatrix();
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/base/rotation_vector.hpp"
 #include "scripted_device.hpp"
 
 using namespace palpate;
@@ -46,7 +47,7 @@ TEST_CASE("A point of the device comes to home plus offset plus the turned and s
 TEST_CASE("The force turns back with the device, in newtons, and the orientation turns with the tool") {
   Bench bench(quarter());
   // The shaft points along x of the device, which is y of the scene.
-  bench.device.reading.orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX());
+  bench.device.reading.orientation = shortest_rotation(Vec3::UnitZ(), Vec3::UnitX());
   bench.run(kWholeFade, Vec3(0, 3, 1));
   CHECK(bench.forces.back().isApprox(Vec3(3, 0, 1), 1e-12));
   const DeviceReading seen = bench.mapped.read(bench.now += kMs);

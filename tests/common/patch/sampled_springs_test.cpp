@@ -2,7 +2,6 @@
 // a tick allows.
 #include "common/patch/sampled_springs.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -10,6 +9,7 @@
 #include "common/base/types.hpp"
 #include "common/patch/nonlinear_terms.hpp"
 #include "tests/support/bending.hpp"
+#include "tests/support/eigenvalues.hpp"
 #include "tests/support/tangent_by_differences.hpp"
 
 using namespace palpate;
@@ -186,9 +186,8 @@ TEST_CASE("springs too stiff for a tick add mass enough for it, however they tur
     for (int k = 0; k < 200; ++k) {
       const Eigen::MatrixXd tangent =
           test::tangent_by_differences(force, c.displacement(0.001F * static_cast<float>(k)), kModes, 1e-3F);
-      bare = std::max(bare, Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(tangent).eigenvalues().tail<1>()[0]);
-      slowed =
-          std::max(slowed, Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(tangent, mass).eigenvalues().tail<1>()[0]);
+      bare = std::max(bare, test::symmetric_eigenvalues(tangent).tail<1>()[0]);
+      slowed = std::max(slowed, test::symmetric_eigenvalues(tangent, mass).tail<1>()[0]);
     }
     CAPTURE(steepest, bare, slowed);
     CHECK(bare > 10 * kStable);
@@ -261,7 +260,7 @@ TEST_CASE("springs so squeezed that, let go of, they hold by more than the step 
     far += g.middleRows<3>(3 * e).transpose() * (k * Mat3::Identity() - at_stamp) * g.middleRows<3>(3 * e);
   }
   const auto modes = far.bottomRightCorner(kModes, kModes);
-  REQUIRE(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(modes).eigenvalues().tail<1>()[0] > 4 / (kTickS * kTickS));
+  REQUIRE(test::symmetric_eigenvalues(modes).tail<1>()[0] > 4 / (kTickS * kTickS));
   CHECK(c.compiled(true).empty());
 }
 

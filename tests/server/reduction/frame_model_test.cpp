@@ -7,6 +7,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 
+#include "common/base/rotation_vector.hpp"
 #include "common/player/player.hpp"
 #include "server/reduction/other_tools.hpp"
 #include "server/reduction/patch_build.hpp"
@@ -184,7 +185,7 @@ TEST_CASE(
       REQUIRE(found == 1);
     }
     const SurfaceView surface = bench.skin.view();
-    const auto turn = Eigen::Quaterniond::FromTwoVectors(normal_at(surface, x, here), normal_at(surface, x, there));
+    const Rotation turn = shortest_rotation(normal_at(surface, x, here), normal_at(surface, x, there));
     const Vec3 lambda_end = turn * lambda;
     const Matrix gone = b_end - b, r_gone = Matrix(rows) - Matrix(rows_of(patch));
     const Vec3 exact = gone.transpose() * whole.solve(b_end * lambda_end - b * lambda);
