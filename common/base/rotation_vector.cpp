@@ -1,4 +1,4 @@
-// Compiled once: Eigen's quaternions are dear to the compiler in every unit that has them inline.
+// These functions are not inline, because Eigen's quaternions cost compile time in every unit that instantiates them.
 #include "common/base/rotation_vector.hpp"
 
 #include <cmath>

@@ -12,7 +12,7 @@ void run_seed(std::uint64_t seed, double duration_s, double deadband = 0) {
   draw.seed = seed;
   draw.duration_s = duration_s;
   draw.deadband = deadband;
-  constexpr std::uint64_t kRepeated = 5;  // one in so many runs a second time, to the same bits
+  constexpr std::uint64_t kRepeated = 5;  // every fifth world runs twice and must give the same bits
   const Scenario scenario = draw_scenario(draw);
   const WorldReport report = seed % kRepeated == 0 ? run_twice(scenario) : run_scenario(scenario);
   for (const Violation& v : report.violations)

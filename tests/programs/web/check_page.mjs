@@ -118,7 +118,7 @@ async function checkLive(browser, work) {
         "--duration-s", "600"),
   );
   await page.waitForSelector('[data-station="or 3"] .links');
-  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force').textContent) > 0.1);
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force').textContent) > 0.3);
   await page.waitForFunction(() => /N$/.test(document.querySelector('.label[data-station="or 3"] b')?.textContent ?? ""));
   await page.waitForSelector('[data-station="fellow"] .links');
   await page.waitForFunction(() => Number(document.documentElement.dataset.shapes) > 3);
@@ -168,7 +168,7 @@ async function checkLive(browser, work) {
   await page.waitForSelector("#link[data-state=live]");
   const before = Number(await page.getAttribute("html", "data-shapes"));
   await page.waitForFunction((n) => Number(document.documentElement.dataset.shapes) > n + 2, before);
-  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.1);
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.3);
 
   // This server records nothing.
   await page.keyboard.press("n");
@@ -183,7 +183,7 @@ async function checkLive(browser, work) {
   const again = await web(new URL(address).host, "--server", `127.0.0.1:${port}`);
   await page.waitForSelector("#link[data-state=live]");
   await page.setViewportSize({ width: 820, height: 1180 });
-  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.1);
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) > 0.3);
   await page.screenshot({ path: join(out, "live-tablet.png") });
   assert.deepEqual(page.faults, []);
   await page.close();
@@ -202,7 +202,7 @@ async function checkRooms(browser, work) {
   const size = { viewport: { width: 1280, height: 800 }, colorScheme: "light" };
   const page = await open(browser, address, size);
   const other = await open(browser, `${address}#room=cube`, size);
-  const motion = heldPress(work, "trainee", -0.05, 0.01, 0.125, 0.1005);
+  const motion = heldPress(work, "trainee", -0.05, 0.01, 0.125, 0.0985);
   const hand = new Program("palpate-client", "--server", `127.0.0.1:${port}`, "--room", "training", "--device", "sim", "--hand", "firm",
     "--station", "trainee", "--motion", motion, "--duration-s", "600");
   await page.waitForFunction(() => document.getElementById("title").textContent === "press and hold");
@@ -211,7 +211,7 @@ async function checkRooms(browser, work) {
   assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube"]);
   assert.equal(await page.inputValue("#room"), "training");
   await page.waitForFunction(() => /^held .* of 3 s$/.test(document.querySelector(".task-hand .soft")?.textContent ?? ""));
-  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="trainee"] .force')?.textContent) > 0.1);
+  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="trainee"] .force')?.textContent) > 0.3);
   await page.screenshot({ path: join(out, "live-room.png") });
   assert.ok(await other.isHidden("#task-panel"));
   assert.equal(await other.locator('[data-station="trainee"]').count(), 0);
