@@ -147,7 +147,7 @@ void body_steps(benchmark::State& state, const std::string& name, std::size_t th
     if constexpr (kKind == IntegratorKind::tr_bdf2)
       return Integrator(body.dynamics, nothing_to_touch, {});
     else
-      return ExplicitIntegrator(body.dynamics, nothing_to_touch, kStages);
+      return ExplicitIntegrator(body.dynamics, nothing_to_touch, kStages, ExplicitLimits(body.dynamics));
   }();
   SpinningThreadPool pool(threads);
   stepper.use_threads(pool);

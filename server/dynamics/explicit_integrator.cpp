@@ -1,9 +1,9 @@
 #include "server/dynamics/explicit_integrator.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "server/dynamics/contact_sweeps.hpp"
 
@@ -13,27 +13,6 @@ namespace {
 constexpr double kProbeN = 0.1, kResponseNearSpacings = 0.3;
 constexpr double kShortestShare = 0.2;  // of the step at rest: below that TR-BDF2 is cheaper
 constexpr double kWatchedEveryS = 0.004;
-constexpr int kFewestStages = 2;
-
-/// Returns the magnitude of the largest eigenvalue of one step of leapfrog on (x, h v, h^2 a).
-double leapfrog_growth(double w2, double g, double h) {
-  const double w = h * h * w2, z = h * g;
-  Mat3 step;
-  step.row(2) << -w, -z, -z / 2;
-  step.row(1) = Eigen::RowVector3d(0, 1, 0) + step.row(2);
-  step.row(0) = Eigen::RowVector3d(1, 0, 0) + step.row(1);
-  return step.eigenvalues().cwiseAbs().maxCoeff();
-}
-
-/// Returns the longest step, up to `longest_s`, in which no mode grows; 0: none that would be worth it.
-double reach_of(const Chebyshev& method, const Spectrum& spectrum, double longest_s) {
-  constexpr double kReach = 0.7, kShorter = 0.95, kLeast = 0.1;
-  const double s = static_cast<double>(method.stages.size());
-  const double begin_s = std::min(longest_s, kReach * s * s / spectrum.g);
-  for (double h = begin_s; h > kLeast * begin_s; h *= kShorter)
-    if (method.is_stable(spectrum, h)) return h;
-  return 0;
-}
 
 bool any_touch(const std::vector<ToolPort>& ports) {
   return std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch; });
@@ -41,44 +20,25 @@ bool any_touch(const std::vector<ToolPort>& ports) {
 
 }  // namespace
 
-double leapfrog_step_s(double w2, double g) {
-  constexpr double kRounding = 1e-9, kLongest = 1;
-  double stable = 0, unstable = kLongest;
-  if (leapfrog_growth(w2, g, unstable) <= 1 + kRounding) return kLongest;
-  for (int k = 0; k < 60; ++k) {
-    const double h = 0.5 * (stable + unstable);
-    (leapfrog_growth(w2, g, h) <= 1 + kRounding ? stable : unstable) = h;
-  }
-  return stable;
-}
-
-ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, Stages stages,
-                                       const std::optional<Spectrum>& spectrum)
-    : dynamics_(&dynamics),
-      body_(dynamics),
-      contacts_(skin),
-      spectrum_(spectrum ? *spectrum : spectrum_of(dynamics)),
-      leapfrog_s_(kShare * leapfrog_step_s(spectrum_.w2, spectrum_.g)),
-      fallback_(dynamics, skin, {}) {
-  for (int s = kFewestStages; stages == Stages::more && s <= kMostStages; ++s) {
+ExplicitIntegrator::ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, Stages stages, ExplicitLimits limits)
+    : dynamics_(&dynamics), body_(dynamics), contacts_(skin), limits_(std::move(limits)), fallback_(dynamics, skin, {}) {
+  for (int s = ExplicitLimits::kFewestStages; stages == Stages::more && s <= ExplicitLimits::kMostStages; ++s)
     methods_.emplace_back(s);
-    reach_s_.push_back(kShare * reach_of(methods_.back(), spectrum_, kLongestS / kShare));
-  }
   for (NodeArrays* y : {&u_, &v_, &a_, &a_0_}) *y = NodeArrays(dynamics.nodes());
 }
 
 bool ExplicitIntegrator::may_resonate() const {
   constexpr double kHardlyDamped = 0.1;  // w t / 2 of the fastest modes
-  return hexahedra().size() > 0 && spectrum_.least_s < kHardlyDamped * leapfrog_s_;
+  return hexahedra().size() > 0 && limits_.spectrum.least_s < kHardlyDamped * limits_.leapfrog_s;
 }
 
 ExplicitIntegrator::Plan ExplicitIntegrator::plan(double step_s, ContactKind tools) const {
-  if (is_leapfrog()) return {1, std::min(step_s, leapfrog_s_)};
+  if (is_leapfrog()) return {1, std::min(step_s, limits_.leapfrog_s)};
   const bool finely = tools == ContactKind::touch || hexahedra().size() > 0;
-  const double longest_s = std::min(step_s, finely ? kTouchS : kLongestS);
+  const double longest_s = std::min(step_s, finely ? kTouchS : ExplicitLimits::kLongestS);
   Plan best;
   for (std::size_t i = 0; i < methods_.size(); ++i) {
-    const Plan plan{static_cast<int>(methods_[i].stages.size()), std::min(longest_s, reach_s_[i])};
+    const Plan plan{static_cast<int>(methods_[i].stages.size()), std::min(longest_s, limits_.chebyshev_s[i])};
     if (plan.h > 0 && (best.stages == 0 || plan.stages / plan.h < best.stages / best.h)) best = plan;
   }
   return best;
@@ -92,12 +52,13 @@ int ExplicitIntegrator::steps_for(double whole_s, double step_s, const std::vect
   const double longest_s = plan(step_s, touch ? ContactKind::touch : ContactKind::attach).h;
   if (!(longest_s > 0)) return 0;
   if (is_leapfrog()) {
-    const double share = may_resonate() ? kResonantShare : kShare;
-    const double stable_s = grown ? share * leapfrog_step_s(spectrum_.w2 * stiffer, spectrum_.g * thicker) : leapfrog_s_;
+    const double share = may_resonate() ? kResonantShare : ExplicitLimits::kShare;
+    const double stable_s =
+        grown ? share * leapfrog_step_s(limits_.spectrum.w2 * stiffer, limits_.spectrum.g * thicker) : limits_.leapfrog_s;
     const double h = std::min(longest_s, stable_s);
     return h >= kShortestShare * longest_s ? static_cast<int>(std::ceil(whole_s / h - kRounding)) : 0;
   }
-  Spectrum stretched = spectrum_;
+  Spectrum stretched = limits_.spectrum;
   stretched.w2 *= stiffer;
   stretched.g *= thicker;
   stretched.least_s /= stiffer;
@@ -105,12 +66,12 @@ int ExplicitIntegrator::steps_for(double whole_s, double step_s, const std::vect
   constexpr double kMore = 1.2, kFewestSteps = 3;  // of touches: what bring_to_end() has to see
   for (double h = longest_s; h >= kShortestShare * longest_s; h /= kMore) {
     const double count = std::max(std::ceil(whole_s / h - kRounding), touch ? kFewestSteps : 1.0);
-    const auto enough = std::find_if(reach_s_.begin(), reach_s_.end(),
+    const auto enough = std::find_if(limits_.chebyshev_s.begin(), limits_.chebyshev_s.end(),
                                      [&](double reach_s) { return (1 + kRounding) * reach_s >= whole_s / count; });
-    method_ = &methods_[static_cast<std::size_t>(enough - reach_s_.begin())];
+    method_ = &methods_[static_cast<std::size_t>(enough - limits_.chebyshev_s.begin())];
     if (!grown) return static_cast<int>(count);
     const auto stages = static_cast<std::size_t>(std::ceil(std::sqrt(thicker) * static_cast<double>(method_->stages.size())));
-    for (std::size_t k = stages - kFewestStages; k < methods_.size(); ++k) {
+    for (std::size_t k = stages - ExplicitLimits::kFewestStages; k < methods_.size(); ++k) {
       method_ = &methods_[k];
       if (method_->is_stable(stretched, whole_s / count)) return static_cast<int>(count);
     }

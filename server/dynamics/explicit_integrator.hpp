@@ -33,29 +33,26 @@
 #pragma once
 
 #include <array>
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "server/dynamics/chebyshev.hpp"
 #include "server/dynamics/explicit_contacts.hpp"
+#include "server/dynamics/explicit_limits.hpp"
 #include "server/dynamics/integrator.hpp"
 
 namespace palpate {
 
-/// Returns the largest stable step of leapfrog for one mode [s]: w2 = w^2 [1/s^2], g [1/s].
-double leapfrog_step_s(double w2, double g);
-
 class ExplicitIntegrator : public Stepper {
  public:
-  static constexpr int kMostStages = 24;
-  static constexpr double kLongestS = 0.004, kTouchS = 0.001;
-  static constexpr double kShare = 0.9;          ///< share of the stable step that is used
-  static constexpr double kResonantShare = 0.6;  ///< the same of leapfrog for a body that may_resonate() at large strains
+  static constexpr double kTouchS = 0.001;  ///< longest step of several stages with a tool that touches
+  /// Share of leapfrog's stable step that is used for a body that may_resonate() at large strains.
+  static constexpr double kResonantShare = 0.6;
 
   enum class Stages { one, more };  ///< leapfrog; Runge-Kutta-Chebyshev
 
-  /// `dynamics` and `skin` must outlive it; ExplicitBody::covers() the body. `spectrum`: that of the body, if known.
-  ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, Stages stages, const std::optional<Spectrum>& spectrum = {});
+  /// `dynamics` and `skin` must outlive it; ExplicitBody::covers() the body. `limits`: those of `dynamics`.
+  ExplicitIntegrator(const Dynamics& dynamics, const Skin& skin, Stages stages, ExplicitLimits limits);
 
   struct Plan {
     int stages = 0;  ///< 0: none is stable, as of a body with little damping or none with more than one
@@ -70,6 +67,9 @@ class ExplicitIntegrator : public Stepper {
 
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                         const ToolMotion& tools) override;
+  std::unique_ptr<Stepper> anew(const Dynamics& dynamics, const Skin& skin) const override {
+    return std::make_unique<ExplicitIntegrator>(dynamics, skin, is_leapfrog() ? Stages::one : Stages::more, limits_);
+  }
   bool is_stateless() const override { return true; }
   void set_quiescence_tolerance(double most_n) override { body_.set_quiescence_tolerance(most_n); }
   void use_threads(ThreadPool& pool) override { body_.use_threads(pool); }
@@ -114,10 +114,8 @@ class ExplicitIntegrator : public Stepper {
   const Dynamics* dynamics_;
   ExplicitBody body_;
   ExplicitContacts contacts_;
-  Spectrum spectrum_;
-  double leapfrog_s_ = 0;           // step at small strains
-  std::vector<Chebyshev> methods_;  // of 2, 3, ... stages
-  std::vector<double> reach_s_;     // the longest stable step of each
+  ExplicitLimits limits_;
+  std::vector<Chebyshev> methods_;  // of kFewestStages ... stages; none: leapfrog
   const Chebyshev* method_ = nullptr;
   NodeArrays u_, v_, a_, a_0_;                  // of a stage; a_0_ of the first; v_ of leapfrog: v*
   NodeArrays du_, dv_, du_before_, dv_before_;  // what this stage and the one before it add to the step's begin

@@ -33,6 +33,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -68,6 +69,9 @@ class Integrator final : public Stepper {
   }
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                         const ToolMotion& tools) override;
+  std::unique_ptr<Stepper> anew(const Dynamics& dynamics, const Skin& skin) const override {
+    return std::make_unique<Integrator>(dynamics, skin, options_);
+  }
 
  private:
   static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step

@@ -49,8 +49,8 @@ Candidate implicit_candidate(const Scene& scene, const Dynamics& dynamics, const
 
 /// Without a stepper where the body's damping is too low for it.
 Candidate explicit_candidate(const Scene& scene, const Dynamics& dynamics, const Skin& skin, ExplicitIntegrator::Stages of,
-                             const Spectrum& spectrum) {
-  auto stepper = std::make_unique<ExplicitIntegrator>(dynamics, skin, of, spectrum);
+                             const ExplicitLimits& limits) {
+  auto stepper = std::make_unique<ExplicitIntegrator>(dynamics, skin, of, limits);
   const auto [stages, h] = stepper->plan(scene.solver.step_s, scene.tool.contact);
   if (stages == 0) return {};
   const double spring_ns = of == ExplicitIntegrator::Stages::one ? kLeapfrogNs : kStageNs;
@@ -63,16 +63,14 @@ Candidate explicit_candidate(const Scene& scene, const Dynamics& dynamics, const
   return made;
 }
 
-ChosenStepper chosen(Candidate candidate, const std::string& why, const std::optional<Spectrum>& spectrum = {}) {
-  return {std::move(candidate.stepper), fmt::format("{} ({})", candidate.figures, why), candidate.cost, candidate.step_s,
-          spectrum};
+ChosenStepper chosen(Candidate candidate, const std::string& why) {
+  return {std::move(candidate.stepper), fmt::format("{} ({})", candidate.figures, why), candidate.cost, candidate.step_s};
 }
 
-/// That which the scene asks for; an empty one where it leaves it to us. Sets the spectrum where the integrator needs it.
-Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin, std::optional<Spectrum>& spectrum) {
+/// That which the scene asks for; an empty one where it leaves it to us.
+Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   const auto with_stages = [&](ExplicitIntegrator::Stages stages) {
-    if (!spectrum) spectrum = spectrum_of(dynamics);
-    return explicit_candidate(scene, dynamics, skin, stages, *spectrum);
+    return explicit_candidate(scene, dynamics, skin, stages, ExplicitLimits(dynamics));
   };
   const auto refuse = [&](const char* kind, const char* instead, const char* why) {
     throw InputError("scene \"" + scene.name + "\": solver.integrator", fmt::format("is \"{}\"", kind),
@@ -103,19 +101,15 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
 
 }  // namespace
 
-ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin,
-                             const std::optional<Spectrum>& known) {
-  std::optional<Spectrum> spectrum = known;
-  if (Candidate asked = asked_for(scene, dynamics, skin, spectrum); asked.stepper)
-    return chosen(std::move(asked), "as the scene says", spectrum);
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
+  if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
   if (scene.tool.needle) return chosen(implicit_candidate(scene, dynamics, skin, true), "a needle is for implicit steps");
   if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kExplicitBodies);
   Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
-  if (!spectrum) spectrum = spectrum_of(dynamics);
-  Candidate leapfrog = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, *spectrum),
-            stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, *spectrum);
-  if (leapfrog.may_resonate)
-    return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps", spectrum);
+  const ExplicitLimits limits(dynamics);
+  Candidate leapfrog = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::one, limits),
+            stabilised = explicit_candidate(scene, dynamics, skin, ExplicitIntegrator::Stages::more, limits);
+  if (leapfrog.may_resonate) return chosen(std::move(implicit), "a solid without dampers may gain energy in explicit steps");
   const bool grasped_solid = dynamics.body().is_solid() && scene.tool.contact == ContactKind::attach;
   const bool damped = stabilised.stepper && !grasped_solid && leapfrog.cost > kLeapfrogMost &&
                       kStabilisedWorth * stabilised.cost <= leapfrog.cost;
@@ -123,8 +117,12 @@ ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const
   Candidate& other = damped ? leapfrog : stabilised;
   const std::string others = other.stepper ? other.figures : "stabilised: too little damping";
   if (kExplicitWorth * best.cost <= implicit.cost)
-    return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures), spectrum);
-  return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others), spectrum);
+    return chosen(std::move(best), fmt::format("{}; {}", others, implicit.figures));
+  return chosen(std::move(implicit), fmt::format("{}; {}", best.figures, others));
+}
+
+ChosenStepper same_stepper(const ChosenStepper& other, const Dynamics& dynamics, const Skin& skin) {
+  return {other.stepper->anew(dynamics, skin), other.reason, other.cost, other.step_s};
 }
 
 }  // namespace palpate

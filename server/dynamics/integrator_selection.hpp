@@ -17,26 +17,23 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "server/body/skin.hpp"
-#include "server/body/spectrum.hpp"
 #include "server/dynamics/stepper.hpp"
 
 namespace palpate {
 
 struct ChosenStepper {
   std::unique_ptr<Stepper> stepper;
-  std::string reason;                     ///< one line for people: which one and why
-  double cost = 0;                        ///< estimate: share of a core
-  double step_s = 0;                      ///< the longest to ask it for
-  std::optional<Spectrum> spectrum = {};  ///< of the body, where the choice depends on it
+  std::string reason;  ///< one line for people: which one and why
+  double cost = 0;     ///< estimate: share of a core
+  double step_s = 0;   ///< the longest to ask it for
 };
 
-/// `dynamics` and `skin` must outlive it. `spectrum`: of `dynamics`, if a choice for the same scene has computed it already.
-/// Throws InputError where the scene asks for one that its body does not suit.
-ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin,
-                             const std::optional<Spectrum>& spectrum = {});
+/// `dynamics` and `skin` must outlive it. Throws InputError where the scene asks for one that its body does not suit.
+ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin);
+/// Returns the stepper that was chosen for another body of the same scene, for this one.
+ChosenStepper same_stepper(const ChosenStepper& other, const Dynamics& dynamics, const Skin& skin);
 
 }  // namespace palpate

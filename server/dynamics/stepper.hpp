@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "common/base/thread_pool.hpp"
@@ -79,6 +80,8 @@ class Stepper {
   /// Moves `state` and `ports` on to body time `until_s`, in steps of `step_s` at most.
   virtual AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                                 const ToolMotion& tools) = 0;
+  /// Returns one of the same kind for the body of another Dynamics of the same scene. `dynamics` and `skin` must outlive it.
+  virtual std::unique_ptr<Stepper> anew(const Dynamics& dynamics, const Skin& skin) const = 0;
   /// True if advance() leaves nothing behind that the next one could tell, first guesses of solves aside: rollouts may then
   /// use it.
   virtual bool is_stateless() const { return false; }

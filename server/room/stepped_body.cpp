@@ -14,7 +14,7 @@ SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
       skin_(scene_.body, scene_.tool.radius_m),
       tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
       dynamics_(scene_.body),
-      integrator_(choose_stepper(scene_, dynamics_, skin_, like ? like->integrator_.spectrum : std::nullopt)),
+      integrator_(like ? same_stepper(like->integrator_, dynamics_, skin_) : choose_stepper(scene_, dynamics_, skin_)),
       rest_(like ? like->rest_ : settled_state(dynamics_, scene_.name)),
       body_(rest_),
       softest_1_s2_(like ? like->softest_1_s2_ : softest_stiffness(dynamics_)),

@@ -38,7 +38,8 @@ class SteppedBody {
     std::optional<ReleaseFade> fade;
   };
 
-  /// `like`: a body of the same scene, whose state at rest, spectrum and softest mode are copied, not computed again.
+  /// `like`: a body of the same scene, whose state at rest, kind of stepper and softest mode are copied, not computed
+  /// again.
   explicit SteppedBody(const Scene& scene, const SteppedBody* like = nullptr);
   /// Same as in Room.
   void start(Micros body_time);

@@ -74,7 +74,7 @@ def check_files(deb):
         program = path.startswith("./usr/bin/") and mode[0] == "-"
         if owner != "root/root":
             yield f"{path} belongs to {owner}"
-        wanted = "drwxr-xr-x" if mode[0] == "d" else "-rwxr-xr-x" if program else "-rw-r--r--"
+        wanted = {"d": "drwxr-xr-x", "l": "lrwxrwxrwx"}.get(mode[0], "-rwxr-xr-x" if program else "-rw-r--r--")
         if mode != wanted:
             yield f"{path} has mode {mode}; expected {wanted}"
 

@@ -6,10 +6,12 @@
 namespace palpate::test {
 
 struct Leapfrog : ExplicitIntegrator {
-  Leapfrog(const Dynamics& dynamics, const Skin& skin) : ExplicitIntegrator(dynamics, skin, Stages::one) {}
+  Leapfrog(const Dynamics& dynamics, const Skin& skin)
+      : ExplicitIntegrator(dynamics, skin, Stages::one, ExplicitLimits(dynamics)) {}
 };
 struct Stabilised : ExplicitIntegrator {
-  Stabilised(const Dynamics& dynamics, const Skin& skin) : ExplicitIntegrator(dynamics, skin, Stages::more) {}
+  Stabilised(const Dynamics& dynamics, const Skin& skin)
+      : ExplicitIntegrator(dynamics, skin, Stages::more, ExplicitLimits(dynamics)) {}
 };
 
 }  // namespace palpate::test

@@ -71,14 +71,15 @@ except ImportError:
         def __init__(self, low, high, shape, dtype=np.float64):
             self.shape, self.dtype = tuple(shape), np.dtype(dtype)
             self.low, self.high = np.full(shape, low, dtype), np.full(shape, high, dtype)
-            self._drawn = np.clip(self.low, -1e6, None), np.clip(self.high, None, 1e6)
+            self._least = np.clip(self.low, -1e6, None)
+            self._width = np.clip(self.high, None, 1e6) - self._least
             self._random = np.random.default_rng()
 
         def seed(self, seed=None):
             self._random = np.random.default_rng(seed)
 
         def sample(self):
-            return self._random.uniform(*self._drawn).astype(self.dtype, copy=False)
+            return (self._least + self._width * self._random.random(self.shape)).astype(self.dtype, copy=False)
 
         def contains(self, x):
             x = np.asarray(x)
