@@ -1,6 +1,7 @@
 #include "server/body/skin.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 
@@ -10,6 +11,7 @@ Skin::Skin(const LumpedBody& body, double radius_m)
   std::sort(vertices_.begin(), vertices_.end());
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
   for (const std::uint32_t i : vertices_) {
+    box_.extend(body.nodes[i]);
     double sum = 0;
     for (const std::uint32_t j : vertices_) {
       const double d = i == j || !(radius_m > 0) ? 0.0 : (body.nodes[i] - body.nodes[j]).norm() / radius_m;
@@ -35,6 +37,11 @@ std::vector<double> Skin::place(const Vector& x) const {
   std::vector<double> positions;
   place(x, positions);
   return positions;
+}
+
+double Skin::distance_at_least(const Vec3& point, const Vector& x) const {
+  const double moved_m = std::sqrt(3.0) * (x - Eigen::Map<const Vector>(rest().data(), x.size())).cwiseAbs().maxCoeff();
+  return box_.exteriorDistance(point) - moved_m;
 }
 
 Skin::Weights Skin::weights(const SurfacePoint& point) const {

@@ -8,6 +8,7 @@
 // single node pushes that node between its neighbours; a real tip has a width, and slides smoothly.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,9 @@ class Skin {
   /// the output of an earlier call.
   void place(const Vector& x, std::vector<double>& positions) const;
   std::vector<double> place(const Vector& x) const;
+  /// Returns a lower bound of the distance from a point to the skin [m]: that to the box around the rest positions, less the
+  /// largest displacement. Takes much less time than the distance. Requires a skin that is not empty.
+  double distance_at_least(const Vec3& point, const Vector& x) const;
   Weights weights(const SurfacePoint& point) const;
   /// Returns the position of the point, with `b` = weights(point).
   Vec3 position(const SurfacePoint& point, const Weights& b, const Vector& x) const;
@@ -45,6 +49,7 @@ class Skin {
   const LumpedBody* body_ = nullptr;
   Surface surface_;
   std::vector<std::uint32_t> vertices_;  // nodes on the surface, ascending
+  Eigen::AlignedBox3d box_;              // around their rest positions
   std::vector<Weights> smooth_;          // per node; empty for nodes that are not on the surface
 };
 

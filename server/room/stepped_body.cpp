@@ -93,7 +93,7 @@ bool SteppedBody::may_meet(std::size_t k, Micros until) const {
 }
 
 std::optional<NearestPoint> SteppedBody::nearest_within(const Vec3& tool, double far_m) const {
-  if (skin_.empty()) return std::nullopt;
+  if (skin_.empty() || skin_.distance_at_least(tool, body_.x) >= far_m) return std::nullopt;
   const NearestPoint nearest = nearest_point(skin_.view(), skin_.place(body_.x), tool);
   return nearest.height_m < far_m ? std::optional(nearest) : std::nullopt;
 }

@@ -82,3 +82,23 @@ TEST_CASE("A wide tip is met by more of the body than a point", "[skin]") {
   };
   CHECK(press(2.5 * kSpacingM) > 1.2 * press(0));
 }
+
+TEST_CASE("The bound of the distance to the skin is never above the distance, and near it far away from a body at rest",
+          "[skin]") {
+  const LumpedBody body = box_body(5, 4, 4);
+  const Dynamics dynamics(body);
+  Random random(11);
+  for (const double radius_m : {0.0, 2 * kSpacingM}) {
+    const Skin skin(body, radius_m);
+    for (int trial = 0; trial < 200; ++trial) {
+      const BodyState state = random_state(dynamics, static_cast<std::uint64_t>(trial), trial % 2 == 0 ? 0.004 : 0.03, 0);
+      const Vec3 point = random_vector(random, 0.2);
+      const auto x = skin.place(state.x);
+      const NearestPoint nearest = nearest_point(skin.view(), x, point);
+      const Vec3 on_skin = skin.position(nearest.point, skin.weights(nearest.point), state.x);
+      CHECK(skin.distance_at_least(point, state.x) <= (point - on_skin).norm() + 1e-12);
+    }
+    const Vec3 above = body.nodes.back() + Vec3(0, 0, 0.3);
+    CHECK(skin.distance_at_least(above, dynamics.rest_state().x) == Approx(0.3));
+  }
+}
