@@ -20,7 +20,8 @@ namespace {
 struct StabilityFlags {
   std::string out, only;
   std::vector<std::string> schemes;
-  bool quick = false, body = false, solid = false, hands = false, guided = false;
+  bool quick = false, body = false, solid = false, hands = false, tools = false, guided = false;
+  StabilityKind kind() const { return tools ? StabilityKind::tools : hands ? StabilityKind::hands : StabilityKind::hand; }
   StabilityCube cube() const { return solid ? StabilityCube::solid : StabilityCube::springs; }
   std::uint64_t seed = 1;
   CellFlags cells;
@@ -30,7 +31,7 @@ using StabilityCells = std::vector<StabilityCell>;
 
 bool is_ours(Scheme scheme) { return scheme == Scheme::port || scheme == Scheme::hyper; }
 
-std::string key_of(const StabilityCell& c) { return stability_table(c.point.hands > 1).key(c); }
+std::string key_of(const StabilityCell& c) { return stability_table(kind_of(c.point)).key(c); }
 
 Json to_json(const StabilityCell& c) {
   return {{"point", key_of(c)},
@@ -88,7 +89,8 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
     if (c.fault == LoopFault::none || !is_ours(c.point.scheme)) continue;
     all_stable = false;
     fmt::print("  {}: palpate-lab stability{}{} --only {} --out DIR\n", name_of(c.fault),
-               cube == StabilityCube::solid ? " --solid" : "", c.point.hands > 1 ? " --hands" : "", key_of(c));
+               cube == StabilityCube::solid ? " --solid" : "",
+               std::array{"", " --hands", " --tools"}[static_cast<std::size_t>(kind_of(c.point))], key_of(c));
   }
   write_json(out / "summary.json", summary);
   fmt::print("\n{}\n", (out / "summary.json").string());
@@ -111,7 +113,7 @@ std::string trace_csv(const StabilityResult& result) {
 }
 
 int run_one(const StabilityFlags& flags) {
-  const StabilityPoint point = stability_point(flags.only, flags.hands);
+  const StabilityPoint point = stability_point(flags.only, flags.kind());
   const auto out = make_output_folder(flags.out);
   const StabilityResult result = measure_stability(point, reference_of(point, flags.cube()));
   const LoopVerdict& v = result.verdict;
@@ -138,15 +140,16 @@ int run_one(const StabilityFlags& flags) {
 }
 
 int run_stability(const StabilityFlags& flags) {
-  if (flags.guided && (flags.body || flags.hands || !flags.only.empty()))
-    throw InputError("--guided", "with --body, --hands or --only", "none of these: it has points of its own");
+  if (flags.guided && !flags.only.empty()) throw InputError("--guided", "with --only", "one of these: it has points of its own");
   if (flags.body) return run_body_sweep({flags.quick, flags.seed, flags.only, flags.out, flags.cells});
   if (flags.guided) return run_guided_sweep({flags.quick, flags.seed, flags.out, flags.cells.jobs});
   if (!flags.only.empty()) return run_one(flags);
   const StabilityPlan plan{schemes_named(flags.schemes), cube_stiffness_n_m(), flags.quick, flags.seed};
-  const std::vector<StabilityPoint> points = flags.hands ? hands_points(plan) : stability_points(plan);
+  const std::vector<StabilityPoint> points = flags.hands   ? hands_points(plan)
+                                             : flags.tools ? tool_points(plan)
+                                                           : stability_points(plan);
   const auto out = make_output_folder(flags.out);
-  const auto cells = run_cells(stability_sweep(points, flags.cube(), flags.hands), flags.cells, out);
+  const auto cells = run_cells(stability_sweep(points, flags.cube(), flags.kind()), flags.cells, out);
   return !cells || report(*cells, flags.cube(), out) ? 0 : 1;
 }
 
@@ -157,13 +160,20 @@ void add_stability(CLI::App& app, Run& run) {
   CLI::App* c = app.add_subcommand(
       "stability",
       "find where the loop of hand, device and display is stable, for every scheme; --hands: with several hands on "
-      "the body; --guided: with a hand that guides another; --body: where the full model is");
+      "the body; --tools: with tools that turn, and a needle; --guided: with a hand that guides another; --body: where the full "
+      "model is");
   CLI::Option* const body =
       c->add_flag("--body", flags->body, "try the full model alone: extreme bodies, steps and deformations");
-  c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips")
-      ->excludes(body);
-  c->add_flag("--guided", flags->guided,
-              "let one hand guide another, in the air and on the body, with round trips of 0 to 300 ms, equal and unequal");
+  CLI::Option* const hands =
+      c->add_flag("--hands", flags->hands, "put 2 to 8 hands on one body, 0 to 100 mm apart, with equal and unequal round trips");
+  CLI::Option* const tools =
+      c->add_flag("--tools", flags->tools, "hold the tools of scenes/tools, and a needle, in a hand that turns them");
+  CLI::Option* const guided =
+      c->add_flag("--guided", flags->guided,
+                  "let one hand guide another, in the air and on the body, with round trips of 0 to 300 ms, equal and unequal");
+  for (CLI::Option* const one : {body, hands, tools})
+    for (CLI::Option* const other : {hands, tools, guided})
+      if (one != other) one->excludes(other);
   c->add_flag("--solid", flags->solid, "use the cube of finite elements instead of springs");
   c->add_option("--schemes", flags->schemes, "only these schemes, separated by commas")->type_name("NAME")->delimiter(',');
   c->add_flag("--quick", flags->quick, "try few points of each kind");

@@ -12,6 +12,7 @@
 #include "bench/paper/cube.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -30,14 +31,21 @@ double width_for(const StabilityPoint& point) {
 
 Scene scene_of(StabilityCube cube, const StabilityPoint& point) {
   const double width_m = width_for(point);
-  Scene scene = cube == StabilityCube::solid ? solid_cube(point.contact, width_m) : paper_cube(point.contact, width_m);
+  const bool needle = point.tool == kNeedle;
+  Scene scene = needle || cube == StabilityCube::solid ? solid_cube(point.contact, width_m) : paper_cube(point.contact, width_m);
   if (point.contact == ContactKind::touch) scene.tool.radius_m = kTipRadiusM;
+  if (needle) {
+    scene.body.tissue = {{.toughness_j_m2 = 164, .puncture_n = 0.6, .friction_n_m = 10}};  // scenes/needles/liver.json
+    scene.tool.needle = NeedleSpec{.length_m = 0.045, .diameter_m = 0.00127};
+  } else if (!point.tool.empty()) {
+    scene.tool.shape = find_tool(point.tool)->shape;
+  }
   return scene;
 }
 
-using ReferenceKey = std::tuple<ContactKind, std::string, Gesture, double, int, double>;
+using ReferenceKey = std::tuple<ContactKind, std::string, std::string, Gesture, double, int, double>;
 ReferenceKey reference_key(const StabilityPoint& p) {
-  return {p.contact, p.hand, p.gesture, p.stiffness_n_m, p.hands, p.apart_mm};
+  return {p.contact, p.hand, p.tool, p.gesture, p.stiffness_n_m, p.hands, p.apart_mm};
 }
 using StabilityReferences = std::map<ReferenceKey, StabilityReference>;
 
@@ -69,7 +77,12 @@ void measure_point(StabilityCell& cell, const StabilityReference& reference, con
 
 }  // namespace
 
-CellTable<StabilityCell> stability_table(bool several) {
+StabilityKind kind_of(const StabilityPoint& point) {
+  if (!point.tool.empty()) return StabilityKind::tools;
+  return point.hands > 1 ? StabilityKind::hands : StabilityKind::hand;
+}
+
+CellTable<StabilityCell> stability_table(StabilityKind kind) {
   CellTable<StabilityCell> table;
   table.parameter("scheme", within(&StabilityCell::point, &StabilityPoint::scheme), kSchemeNames)
       .parameter("contact", within(&StabilityCell::point, &StabilityPoint::contact), kContacts)
@@ -82,7 +95,8 @@ CellTable<StabilityCell> stability_table(bool several) {
       .parameter("loss_pct", within(&StabilityCell::point, &StabilityPoint::loss_pct), "{:g}")
       .parameter("burst", within(&StabilityCell::point, &StabilityPoint::burst), "{:g}")
       .parameter("seed", within(&StabilityCell::point, &StabilityPoint::seed));
-  if (several)
+  if (kind == StabilityKind::tools) table.parameter("tool", within(&StabilityCell::point, &StabilityPoint::tool));
+  if (kind == StabilityKind::hands)
     table.parameter("hands", within(&StabilityCell::point, &StabilityPoint::hands))
         .parameter("apart_mm", within(&StabilityCell::point, &StabilityPoint::apart_mm), "{:g}")
         .parameter("others_rtt_ms", within(&StabilityCell::point, &StabilityPoint::others_rtt_ms), "{:g}");
@@ -97,15 +111,18 @@ CellTable<StabilityCell> stability_table(bool several) {
   return table;
 }
 
-StabilityPoint stability_point(const std::string& key, bool several) {
+StabilityPoint stability_point(const std::string& key, StabilityKind kind) {
   const std::string where = "--only";
-  StabilityPoint p = stability_table(several).from_key(key, where).point;
+  StabilityPoint p = stability_table(kind).from_key(key, where).point;
   p.scheme = available_scheme(std::string(name_of(p.scheme)));
   if (!hand_from_name(p.hand)) throw InputError(where, "'" + p.hand + "' is no hand", "free, light or firm");
   if (!(p.stiffness_n_m > 0)) throw InputError(where, fmt::format("a stiffness of {:g}", p.stiffness_n_m), "more than 0 N/m");
   if (p.rate_hz < kMinRateHz || p.rate_hz > kMaxRateHz)
     throw InputError(where, fmt::format("a rate of {:g}", p.rate_hz), "a rate that a server accepts");
-  if (several && (p.hands < 2 || p.hands > kMaxStations))
+  if (kind == StabilityKind::tools && p.tool != kNeedle && !find_tool(p.tool))
+    throw InputError(where, "'" + p.tool + "' is no tool",
+                     fmt::format("{}, or a tool of scenes/tools:\n{}", kNeedle, list_of_tools()));
+  if (kind == StabilityKind::hands && (p.hands < 2 || p.hands > kMaxStations))
     throw InputError(where, fmt::format("{} hands", p.hands), fmt::format("2 to {}", kMaxStations));
   if (!(p.apart_mm >= 0 && p.apart_mm <= kApartMostMm))
     throw InputError(where, fmt::format("hands {:g} mm apart", p.apart_mm), fmt::format("0 to {:g} mm", kApartMostMm));
@@ -122,8 +139,8 @@ StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube)
   return stability_reference(scene_of(cube, point), point);
 }
 
-CellSweep<StabilityCell> stability_sweep(const std::vector<StabilityPoint>& points, StabilityCube cube, bool several) {
-  CellSweep<StabilityCell> sweep{stability_table(several), {}};
+CellSweep<StabilityCell> stability_sweep(const std::vector<StabilityPoint>& points, StabilityCube cube, StabilityKind kind) {
+  CellSweep<StabilityCell> sweep{stability_table(kind), {}};
   for (const StabilityPoint& p : points) sweep.cells.push_back({p});
   const auto references = std::make_shared<StabilityReferences>();
   sweep.prepare = [=](const std::vector<StabilityCell>& cells, unsigned jobs) { *references = references_of(cells, cube, jobs); };

@@ -18,21 +18,26 @@ struct StabilityCell {
   double step_max_n = 0;  ///< largest force step at a hand-over
 };
 
-/// `several`: the table of several hands, which has columns for their number, distance and round trips.
-CellTable<StabilityCell> stability_table(bool several);
+/// Points of a sweep: one hand with a point; several hands; one hand with a tool that has a body, or a needle.
+enum class StabilityKind : std::uint8_t { hand, hands, tools };
+StabilityKind kind_of(const StabilityPoint& point);
+
+/// That of several hands has columns for their number, distance and round trips, that of tools one for the tool.
+CellTable<StabilityCell> stability_table(StabilityKind kind);
 /// Point of a key, as --only accepts it; throws InputError if there is no such loop.
-StabilityPoint stability_point(const std::string& key, bool several);
+StabilityPoint stability_point(const std::string& key, StabilityKind kind);
 
 /// Static stiffness of the paper's unscaled cube, grasped, to a tenth.
 double cube_stiffness_n_m();
 
-/// Material of the cube: the paper's springs, or finite elements. For several hands it is a block as wide as they need.
+/// Material of the cube: the paper's springs, or finite elements. For several hands it is a block as wide as they need; for a
+/// needle it is finite elements with the toughness of liver.
 enum class StabilityCube : std::uint8_t { springs, solid };
 
 /// Scene of a point, with its reference.
 StabilityReference reference_of(const StabilityPoint& point, StabilityCube cube);
 
 /// Sweep over the points; the references are computed once for all points that differ in scheme and link alone.
-CellSweep<StabilityCell> stability_sweep(const std::vector<StabilityPoint>& points, StabilityCube cube, bool several);
+CellSweep<StabilityCell> stability_sweep(const std::vector<StabilityPoint>& points, StabilityCube cube, StabilityKind kind);
 
 }  // namespace palpate

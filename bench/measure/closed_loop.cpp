@@ -13,18 +13,25 @@ ClientOptions client_options(const ClosedLoopOptions& options, const DeviceCaps&
   client.hello.scheme = options.scheme;
   client.hello.order = static_cast<std::uint16_t>(options.order);
   client.guard = {caps.force_max_n, caps.slew_max_n_s, options.passivity};
+  client.guard.renders_torque = caps.renders_torque;
+  client.guard.torque_max_nm = caps.torque_max_nm;
+  client.guard.torque_slew_max_nm_s = caps.torque_slew_max_nm_s;
   return client;
 }
 
 /// Appends the device's present state, with its energies, to the ticks.
-void note(const SimPhantom& device, double device_mass_kg, const Vec3& home, LoopTick tick, ClosedLoopResult& result) {
+void note(const SimPhantom& device, const SimPhantomOptions& options, const Vec3& home, LoopTick tick, ClosedLoopResult& result) {
   tick.position = device.position();
   tick.velocity = device.velocity();
+  tick.turn = device.turn();
   tick.force = device.force();
-  tick.kinetic_j = 0.5 * device_mass_kg * tick.velocity.squaredNorm();
+  tick.torque = device.torque();
+  tick.kinetic_j = 0.5 * options.device_mass_kg * tick.velocity.squaredNorm();
+  if (options.wrist) tick.kinetic_j += 0.5 * options.wrist->device_inertia_kg_m2 * device.spin().squaredNorm();
   if (!result.ticks.empty()) {
     const LoopTick& before = result.ticks.back();
-    tick.display_j = before.display_j - before.force.dot(tick.position - before.position);
+    tick.display_j = before.display_j - before.force.dot(tick.position - before.position) -
+                     before.torque.dot(rotation_between(before.turn, tick.turn));
   }
   result.ticks.push_back(tick);
   result.lost = (tick.position - home).norm() > kLostM;
@@ -91,7 +98,7 @@ std::vector<ClosedLoopResult> closed_loop(const Scene& scene, std::span<const Lo
     stations[k]->on_tick = [&, k](Micros t, const Vec3&, const TickOutput& out) {
       if (t < begin || results[k].lost) return;
       const LoopTick tick = tick_of(out, running[k].silent);
-      note(*running[k].device, hands[k].device.device_mass_kg, running[k].home, tick, results[k]);
+      note(*running[k].device, hands[k].device, running[k].home, tick, results[k]);
     };
   }
   const Micros end = begin + options.duration;
@@ -118,15 +125,20 @@ std::vector<ClosedLoopResult> reference_loop(const Scene& scene, std::span<const
   }
   ReferenceModel model(scene, homes);
   std::vector<Vec3> tools = homes;
+  std::vector<Rotation> turns(scene.tool.has_body() ? hands.size() : 0);
   for (Micros t{}; t <= duration && !any_lost(results); t += kTick) {
-    for (std::size_t k = 0; k < hands.size(); ++k) tools[k] = devices[k]->read(t).position;
-    model.tick(tools);
+    for (std::size_t k = 0; k < hands.size(); ++k) {
+      const DeviceReading reading = devices[k]->read(t);
+      tools[k] = reading.position;
+      if (!turns.empty()) turns[k] = Rotation(reading.orientation);
+    }
+    model.tick(tools, turns);
     for (std::size_t k = 0; k < hands.size(); ++k) {
       LoopTick tick;
       const std::size_t n = results[k].ticks.size();
       if (k < cuts.size() && n < cuts[k].ticks.size()) tick.gain = cuts[k].ticks[n].gain;
-      devices[k]->write(tick.gain * model.force(k));
-      note(*devices[k], hands[k].device.device_mass_kg, homes[k], tick, results[k]);
+      devices[k]->write(Wrench(tick.gain * model.force(k), tick.gain * model.torque(k)));
+      note(*devices[k], hands[k].device, homes[k], tick, results[k]);
     }
   }
   return results;

@@ -7,6 +7,8 @@
 // Energies, exact for the rendered forces (constant between ticks), x true tool position, F rendered force:
 //     display  E_n = E_0 - sum F_k . (x_k+1 - x_k)   energy put into the display and not returned [J]; negative: it generates
 //     kinetic  T_n = m_device |v_n|^2 / 2
+// With a wrist (sim_phantom.hpp), phi_k the rotation of the tool in tick k, M rendered torque, w rate of rotation:
+//     E_n -= sum M_k . phi_k,   T_n += J_device |w_n|^2 / 2
 // A free device keeps T + E constant: after the release, T can only grow by what the display gives.
 //
 // One call is one run from a fresh world; it shares nothing with other calls, which may run concurrently on other threads.
@@ -41,7 +43,8 @@ struct ClosedLoopOptions {
 
 struct LoopTick {
   Vec3 position = Vec3::Zero(), velocity = Vec3::Zero();  ///< tool, without the quantisation of readings [m], [m/s]
-  Vec3 force = Vec3::Zero();                              ///< on the tool, rendered from this tick to the next [N]
+  Rotation turn = Rotation::Identity();                   ///< how the tool is held
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();       ///< on the tool, rendered from this tick to the next [N], [N m]
   Micros patch_age{-1};                                   ///< -1: no patch yet
   double hand_over_step_n = 0;                            ///< force step at the hand-over in this tick, before the cross-fade
   double gain = 1;  ///< displayed share of the patch's force; 1 unless patches are missing or late

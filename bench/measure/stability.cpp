@@ -33,6 +33,20 @@ double growth(const std::vector<double>& p) {
   return n < 2 ? 0 : (n * ty - t * y) / (n * tt - t * t);
 }
 
+/// Points of a tool that are judged, in its frame: one where it does not turn.
+std::vector<Vec3> marks_of(std::span<const LoopTick> ticks) {
+  const bool turns =
+      std::ranges::any_of(ticks, [&](const LoopTick& tick) { return tick.turn.coeffs() != ticks.front().turn.coeffs(); });
+  if (!turns) return {Vec3::Zero()};
+  return {Vec3::Zero(), kLeverM * Vec3::UnitX(), kLeverM * Vec3::UnitZ()};
+}
+
+std::vector<Vec3> path_of(const Vec3& mark, std::span<const LoopTick> ticks) {
+  std::vector<Vec3> path;
+  for (const LoopTick& tick : ticks) path.push_back(mark.isZero(0) ? tick.position : tick.position + tick.turn * mark);
+  return path;
+}
+
 double highest(std::span<const double> values) { return *std::max_element(values.begin(), values.end()); }
 double tail_of(std::span<const double> windows) { return highest(windows.last(std::min(kEnds, windows.size()))); }
 
@@ -66,14 +80,12 @@ StabilityVerdict judge_motion(std::span<const Vec3> position, std::span<const do
   return v;
 }
 
-Shake shake_of(std::span<const LoopTick> driven) {
+namespace {
+
+Shake shake_of(const std::vector<Vec3>& position) {
   constexpr std::size_t kHalf = 50, kWhole = 2 * kHalf + 1;
   Shake shake;
-  std::vector<Vec3> position, slow;
-  for (const LoopTick& tick : driven) {
-    position.push_back(tick.position);
-    shake.fastest_m_s = std::max(shake.fastest_m_s, tick.velocity.norm());
-  }
+  std::vector<Vec3> slow;
   if (position.size() < 2 * kWhole) return shake;
   shake.travel_m = peak_to_peak(position);
   Vec3 sum = Vec3::Zero();
@@ -91,18 +103,19 @@ Shake shake_of(std::span<const LoopTick> driven) {
   return shake;
 }
 
-namespace {
-
 StabilityVerdict judge_rest(const ClosedLoopResult& loop, std::size_t rest_tick, const RestBounds& still) {
   // A tool that was lost while driven is judged by its whole motion.
-  const std::size_t from = rest_tick < loop.ticks.size() ? rest_tick : 0;
-  std::vector<Vec3> position;
+  const std::span ticks = std::span(loop.ticks).subspan(rest_tick < loop.ticks.size() ? rest_tick : 0);
   std::vector<double> kinetic_j;
-  for (std::size_t i = from; i < loop.ticks.size(); ++i) {
-    position.push_back(loop.ticks[i].position);
-    kinetic_j.push_back(loop.ticks[i].kinetic_j);
+  for (const LoopTick& tick : ticks) kinetic_j.push_back(tick.kinetic_j);
+  StabilityVerdict worst;
+  for (const Vec3& mark : marks_of(ticks)) {
+    const StabilityVerdict v = judge_motion(path_of(mark, ticks), kinetic_j, loop.lost, still);
+    const bool worse =
+        worst.peak_to_peak_m.empty() || (worst.stable && !v.stable) || (worst.stable == v.stable && v.tail_m() > worst.tail_m());
+    if (worse) worst = v;
   }
-  return judge_motion(position, kinetic_j, loop.lost, still);
+  return worst;
 }
 
 bool shakes(const Shake& shake, const Shake& reference) {
@@ -111,6 +124,18 @@ bool shakes(const Shake& shake, const Shake& reference) {
 }
 
 }  // namespace
+
+Shake shake_of(std::span<const LoopTick> driven) {
+  Shake shake;
+  for (const Vec3& mark : marks_of(driven)) {
+    const Shake of_mark = shake_of(path_of(mark, driven));
+    shake.motion_m = std::max(shake.motion_m, of_mark.motion_m);
+    shake.speed_m_s = std::max(shake.speed_m_s, of_mark.speed_m_s);
+    shake.travel_m = std::max(shake.travel_m, of_mark.travel_m);
+  }
+  for (const LoopTick& tick : driven) shake.fastest_m_s = std::max(shake.fastest_m_s, tick.velocity.norm());
+  return shake;
+}
 
 LoopVerdict judge_loop(const ClosedLoopResult& loop, const ClosedLoopResult& reference, std::size_t rest_tick, RestBounds still) {
   const StabilityVerdict calm = judge_rest(reference, rest_tick, still);

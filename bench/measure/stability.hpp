@@ -16,6 +16,9 @@
 //
 //     p_s <= max(2 p_s of the reference, p of the reference / 4)   and the same for speeds
 //
+// A tool that turns is judged by three points, the tool point and two kLeverM from it along its axes x and z: the largest of each
+// figure counts.
+//
 // The reference is the same hand on the full model at 1 kHz (reference_loop). No scheme has to calm a motion that the reference
 // does not calm within the observed time: twice its tail (four times its energy) is also allowed at rest.
 #pragma once
@@ -33,6 +36,7 @@ inline constexpr double kWindowS = 0.3;
 /// Each frame answers a reading that is a step of q = 0.03 mm off on any axis, whichever way it was rounded: a tool at rest stays
 /// within a box of two steps per side, whose diagonal is 2 sqrt(3) q = 0.104 mm.
 inline constexpr double kStillM = 1.2e-4;
+inline constexpr double kLeverM = 0.05;
 inline constexpr double kStillJ = 1.4e-7;  ///< energy of 75 g in an oscillation of kStillM, peak to peak, at 5 Hz
 
 struct StabilityVerdict {

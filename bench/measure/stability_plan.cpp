@@ -93,11 +93,10 @@ void add_corners(Points& points, Scheme scheme) {
         }
 }
 
-/// Adds points spread evenly over all axes at once.
-void add_scattered(Points& points, Scheme scheme, std::size_t count) {
+/// Adds `count` of these cases, spread evenly over all axes at once.
+void add_scattered(Points& points, const std::vector<StabilityPoint>& cases, std::size_t count) {
   EvenSpread<7> spread(points.plan().seed);
   const std::vector<double> stiffnesses = stability_stiffnesses(points.plan().body_n_m);
-  const std::vector<StabilityPoint> cases = cases_of(scheme, points.plan());
   for (std::size_t i = 0; i < count; ++i) {
     const auto& u = spread.next();
     StabilityPoint p = pick(u[0], cases);
@@ -143,7 +142,7 @@ std::vector<StabilityPoint> stability_points(const StabilityPlan& plan) {
     }
     add_cases(points, scheme);
     if (ours && !plan.quick) add_corners(points, scheme);
-    add_scattered(points, scheme, plan.quick ? kScatteredQuick : ours ? kScattered : kScatteredBeside);
+    add_scattered(points, cases_of(scheme, plan), plan.quick ? kScatteredQuick : ours ? kScattered : kScatteredBeside);
   }
   return points.take();
 }
@@ -196,6 +195,46 @@ std::vector<StabilityPoint> hands_points(const StabilityPlan& plan) {
       p.rate_hz = StabilityPoint().rate_hz;
       p.jitter_ms = p.loss_pct = 0;
     }
+  }
+  return points.take();
+}
+
+std::vector<StabilityPoint> tool_points(const StabilityPlan& plan) {
+  constexpr std::size_t kScattered = 100, kScatteredQuick = 4;
+  const std::vector<double> stiffnesses = stability_stiffnesses(plan.body_n_m);
+  Points points(plan);
+  for (const Scheme scheme : plan.schemes) {
+    if (scheme != Scheme::port && scheme != Scheme::hyper) continue;
+    std::vector<StabilityPoint> cases;
+    for (const char* tool : {"ball", "shaft", "grasper", "retractor", kNeedle.data()})
+      for (const char* hand : {"light", "firm"})
+        for (std::size_t gesture = 0; gesture < kGestureNames.size(); ++gesture) {
+          StabilityPoint p;
+          p.scheme = scheme;
+          p.contact = ContactKind::touch;
+          p.hand = hand;
+          p.tool = tool;
+          p.gesture = static_cast<Gesture>(gesture);
+          p.stiffness_n_m = plan.body_n_m;
+          p.seed = plan.seed;
+          if (is_possible(p)) cases.push_back(p);
+        }
+    for (StabilityPoint p : cases)
+      for (const double rtt_ms : round_trips(plan.quick, {100})) {
+        p.rtt_ms = rtt_ms;
+        points.add(p);
+      }
+    if (!plan.quick)
+      for (StabilityPoint p : cases)
+        for (const double stiffness : {stiffnesses.front(), stiffnesses.back()})
+          for (const double rate_hz : {10.0, 60.0})
+            for (const double rtt_ms : {0.0, 300.0}) {
+              p.stiffness_n_m = stiffness;
+              p.rate_hz = rate_hz;
+              p.rtt_ms = rtt_ms;
+              points.add(p);
+            }
+    add_scattered(points, cases, plan.quick ? kScatteredQuick : kScattered);
   }
   return points.take();
 }

@@ -32,6 +32,10 @@ std::vector<StabilityPoint> stability_points(const StabilityPlan& plan);
 std::vector<StabilityPoint> hands_points(const StabilityPlan& plan);
 inline constexpr double kApartMostMm = 100;
 
+/// Points with one hand and a tool that has a body, or a needle: each with every gesture that it has, against the round trip and
+/// at the corners of stiffness and rate, and scattered ones. Schemes that have no torque are left out.
+std::vector<StabilityPoint> tool_points(const StabilityPlan& plan);
+
 /// Trials of the full model: the corners of the space, and `scattered` trials that fill it evenly.
 std::vector<BodyTrial> body_trials(std::size_t scattered, std::uint64_t seed);
 

@@ -27,7 +27,20 @@ Motion moved(const Motion& motion, const Vec3& by, double later_s) {
   std::vector<MotionPoint> points;
   if (later_s > 0) points.push_back({0, motion.position(0.0) + by});
   for (const MotionPoint& p : motion.points()) points.push_back({p.t_s + later_s, p.position + by});
-  return Motion(std::move(points));
+  MotionHolds holds = motion.holds();
+  if (later_s > 0 && motion.has_orientation()) holds.orientations.insert(holds.orientations.begin(), holds.orientations.front());
+  return Motion(std::move(points), std::move(holds));
+}
+
+/// Wrist of a hand: as stiff against the reference's as its arm, with the same damping ratio and rendered without steps.
+SimWrist wrist_of(const std::string& hand) {
+  SimWrist wrist;
+  const double share = hand_from_name(hand)->stiffness_n_m / hand_from_name("reference")->stiffness_n_m;
+  wrist.inertia_kg_m2 *= share;
+  wrist.damping_nm_s_rad *= share;
+  wrist.stiffness_nm_rad *= share;
+  wrist.torque_step_nm = 0;
+  return wrist;
 }
 
 LinkSpec link_of(const StabilityPoint& point, std::size_t k) {
@@ -50,6 +63,7 @@ Setup setup_of(const Scene& scene, const StabilityPoint& point, double rtt_ms) {
   device.hand = *hand_from_name(changes ? "reference" : point.hand);
   device.hand_after_release = *hand_from_name(point.hand);
   device.release_s = changes ? s.rest_s : std::numeric_limits<double>::infinity();
+  if (scene.tool.has_body()) device.wrist = wrist_of(point.hand);
   for (int k = 0; k < point.hands; ++k) {
     Vec3 by = Vec3::Zero();
     by.head<2>() = place_apart(k, point.hands, 1e-3 * point.apart_mm);
@@ -74,11 +88,17 @@ void judge(StabilityResult& result, const RestBounds& still) {
   }
 }
 
-/// Kinetic energy of the device when hand and device oscillate by kStillM, peak to peak, on the port's and the hand's stiffness.
-RestBounds still_on(const StabilityPoint& point, double device_mass_kg) {
+/// Kinetic energy of the device when hand and device oscillate by kStillM, peak to peak, on the port's and the hand's stiffness,
+/// and with a wrist also turn by as much at kLeverM.
+RestBounds still_on(const StabilityPoint& point, const SimPhantomOptions& device) {
   const Hand hand = *hand_from_name(point.hand);
   const double stored_j = 0.5 * (point.stiffness_n_m + hand.stiffness_n_m) * 0.25 * kStillM * kStillM;
-  return {kStillM, stored_j * device_mass_kg / (device_mass_kg + hand.mass_kg)};
+  RestBounds still{kStillM, stored_j * device.device_mass_kg / (device.device_mass_kg + hand.mass_kg)};
+  if (const auto& wrist = device.wrist) {
+    const double turned_j = 0.5 * wrist->stiffness_nm_rad * 0.25 * std::pow(kStillM / kLeverM, 2);
+    still.kinetic_j += turned_j * wrist->device_inertia_kg_m2 / (wrist->device_inertia_kg_m2 + wrist->inertia_kg_m2);
+  }
+  return still;
 }
 
 /// n . C n of the body alone at rest, with n the direction into it [m/N].
@@ -105,7 +125,10 @@ double port_compliance_m_n(const Scene& scene) {
 }  // namespace
 
 bool is_possible(const StabilityPoint& p) {
-  if (p.hands > 1 && p.contact == ContactKind::attach) return false;
+  const bool turns = p.gesture == Gesture::rock || p.gesture == Gesture::twist;
+  const bool inserts = p.gesture == Gesture::insert || p.gesture == Gesture::withdraw;
+  if (inserts != (p.tool == kNeedle) || (turns && p.tool.empty())) return false;
+  if ((p.hands > 1 || !p.tool.empty()) && p.contact == ContactKind::attach) return false;
   if (p.contact == ContactKind::attach) return !(p.hand == "free" && p.gesture == Gesture::press);  // the same as a release
   return p.hand != "free";
 }
@@ -155,7 +178,7 @@ StabilityResult measure_stability(const StabilityPoint& point, const StabilityRe
   }
   result.cut_s = 1e-3 * static_cast<double>(cut);
   result.references = cut > 0 ? reference_loop(reference.scene, s.hands, options.duration, result.loops) : reference.loops;
-  judge(result, still_on(point, s.hands.front().device.device_mass_kg));
+  judge(result, still_on(point, s.hands.front().device));
   return result;
 }
 

@@ -9,6 +9,9 @@
 // the named one at still_s. There is no tremor, the force is not quantised, the position has the device's steps. The guard limits
 // force and slew and does not damp, so that the scheme alone is judged.
 //
+// A tool with a body, or a needle (`tool`), is held by a wrist (SimWrist) as light or firm as the hand, and renders its torque.
+// It is judged by its point and by two that are kLeverM from it along its x and z axes: a tool at rest does not turn either.
+//
 // Several hands touch one body at places `apart_mm` from each other (place_apart), hand k begins k kHandsLaterS later than the
 // first, and each is judged like a hand alone against the same hands on the full model. The point has the worst verdict.
 #pragma once
@@ -30,12 +33,15 @@ struct StabilityPoint {
   std::uint64_t seed = 1;
   int hands = 1;
   double apart_mm = 0, others_rtt_ms = 0;  ///< for several hands: `rtt_ms` is that of the first
+  std::string tool = {};                   ///< of scenes/tools, or kNeedle; empty: a point
   bool operator==(const StabilityPoint&) const = default;
 };
 
 inline constexpr double kHandsLaterS = 0.07;
+inline constexpr std::string_view kNeedle = "needle";
 
-/// Returns true if the combination exists: a tool released on a surface flies off, and there is no loop; a node has one hand.
+/// Returns true if the combination exists: a tool released on a surface flies off, and there is no loop; a node has one hand,
+/// which grasps it with a point; a needle is inserted.
 bool is_possible(const StabilityPoint& point);
 
 /// Static stiffness of the port at rest, along the direction into the body [N/m]; for a touch with the contact stiffness in

@@ -134,7 +134,8 @@ void SimPhantom::step(Micros from, Micros to) noexcept {
 void SimPhantom::turn_step(Micros from, Micros to, const Vec3& torque) noexcept {
   const double h = seconds(to - from);
   SimWrist wrist = *options_.wrist;
-  if (from >= release_) wrist.inertia_kg_m2 = wrist.damping_nm_s_rad = wrist.stiffness_nm_rad = 0;
+  if (from >= release_ && !options_.hand_after_release.holds())
+    wrist.inertia_kg_m2 = wrist.damping_nm_s_rad = wrist.stiffness_nm_rad = 0;
   const double inertia = wrist.device_inertia_kg_m2 + wrist.inertia_kg_m2;
   const Rotation begin = wanted_turn(from), end = wanted_turn(to);
   const Vec3 drift = rotation_between(begin, end) / h;

@@ -53,7 +53,7 @@ struct SimPhantomOptions {
   double force_max_n = 8.5;         ///< Euclidean norm
   double release_s = std::numeric_limits<double>::infinity();  ///< motion time at which the hand releases the device
   Hand hand_after_release = {};        ///< the grip from then on; all zero: none, otherwise the grip only loosens
-  std::optional<SimWrist> wrist = {};  ///< a hand that releases the device leaves it to turn freely
+  std::optional<SimWrist> wrist = {};  ///< a hand that lets go of the device leaves it to turn freely
 };
 
 class SimPhantom final : public MotionDevice {

@@ -4,8 +4,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "bench/measure/gestures.hpp"
 #include "bench/measure/release.hpp"
 #include "common/base/error.hpp"
+#include "common/base/rotation_vector.hpp"
+#include "server/scene/tools.hpp"
 
 using namespace palpate;
 
@@ -155,4 +158,32 @@ TEST_CASE("A run repeated is the same to the last bit") {
 
 TEST_CASE("A body that is touched cannot be let go of") {
   CHECK_THROWS_AS(release(load_scene(kLoopSource + "/scenes/touch-cube.json"), ReleaseOptions{}), InputError);
+}
+
+TEST_CASE("A device that turns and its display keep their energy between them when the hand lets go of a tool on a body") {
+  Scene scene = load_scene(kLoopSource + "/scenes/touch-cube.json");
+  scene.tool.shape = find_tool("shaft")->shape;
+  const GesturePlan plan = plan_gesture(scene, Gesture::rock, 0.01);
+  LoopHand hand{plan.intention, {}, {}};
+  hand.device.tremor_m = hand.device.position_step_m = hand.device.force_step_n = 0;
+  hand.device.wrist = SimWrist{.torque_step_nm = 0};
+  hand.device.release_s = 0.55;  // while it is tilted
+  ClosedLoopOptions options;
+  options.duration = Micros{800'000};
+  for (const bool full_model : {true, false}) {
+    const auto loops = full_model ? reference_loop(scene, std::span(&hand, 1), options.duration)
+                                  : closed_loop(scene, std::span(&hand, 1), options);
+    const std::vector<LoopTick>& ticks = loops.front().ticks;
+    constexpr std::size_t kFrom = 551;
+    REQUIRE(ticks.size() > 700);
+    double spin_most = 0, torque_most_nm = 0;
+    for (std::size_t i = kFrom; i < ticks.size(); ++i) {
+      torque_most_nm = std::max(torque_most_nm, ticks[i].torque.norm());
+      spin_most = std::max(spin_most, rotation_between(ticks[i - 1].turn, ticks[i].turn).norm() / kLoopTickS);
+      REQUIRE(std::abs(ticks[i].kinetic_j + ticks[i].display_j - ticks[kFrom].kinetic_j - ticks[kFrom].display_j) < 1e-6);
+    }
+    CHECK(torque_most_nm > 0.002);
+    CHECK(spin_most > 0.1);
+    CHECK(ticks[kFrom].kinetic_j < 0.2 * ticks.back().kinetic_j);
+  }
 }

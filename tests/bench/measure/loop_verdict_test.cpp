@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "bench/measure/stability.hpp"
+#include "common/base/rotation_vector.hpp"
 
 using namespace palpate;
 
@@ -143,4 +144,24 @@ TEST_CASE("A hand that is driven is stable however fast it moves, and is not whe
       judge_loop(loop_on(shaking, taps, options, 6), loop_on(wall(2.5 * limit, 0), taps, options, 6), kStill);
   CAPTURE(verdict.shake.motion_m, verdict.shake.speed_m_s, verdict.rest.peak_to_peak_m);
   CHECK(verdict.fault == LoopFault::shakes);
+}
+
+TEST_CASE("A tool whose point stands still is not at rest while it turns, and shakes where it is turned to and fro") {
+  const auto turning = [](double swing_rad, double decay_1_s) {
+    ClosedLoopResult result;
+    for (int n = 0; n < 2500; ++n) {
+      LoopTick tick;
+      const double t = n * kTickS;
+      tick.turn = rotation_by(Vec3(swing_rad * std::exp(-decay_1_s * t) * std::sin(2 * M_PI * 5 * t), 0, 0));
+      result.ticks.push_back(tick);
+    }
+    return result;
+  };
+  const ClosedLoopResult still = turning(0, 0);
+  CHECK(judge_loop(still, still, kRestTick).fault == LoopFault::none);
+  CHECK(judge_loop(turning(0.05, 0), still, kRestTick).fault == LoopFault::unrest);
+  CHECK(judge_loop(turning(0.05, 4), turning(0.05, 3), kRestTick).fault == LoopFault::none);
+  CHECK(judge_loop(turning(0.05, 4), still, kRestTick).fault == LoopFault::shakes);
+  // About x the point on the z axis moves by the lever times the angle to either side.
+  CHECK(judge_loop(turning(0.05, 0), still, kRestTick).rest.tail_m() == Approx(2 * kLeverM * std::sin(0.05)).epsilon(1e-3));
 }

@@ -162,3 +162,14 @@ TEST_CASE("The plan has every point once and only possible ones") {
         CHECK(contains(points, p) == is_possible(p));
       }
 }
+
+TEST_CASE("Every tool of the sweep has the gestures that suit it, and only those") {
+  StabilityPlan plan{{Scheme::hold, Scheme::port}, 100, true, 1};
+  const std::vector<StabilityPoint> points = tool_points(plan);
+  for (const StabilityPoint& p : points) {
+    CHECK(p.scheme == Scheme::port);
+    CHECK((p.tool == kNeedle) == (p.gesture == Gesture::insert || p.gesture == Gesture::withdraw));
+  }
+  for (const char* tool : {"ball", "shaft", "grasper", "retractor"})
+    CHECK(std::ranges::any_of(points, [&](const StabilityPoint& p) { return p.tool == tool && p.gesture == Gesture::twist; }));
+}
