@@ -13,6 +13,7 @@
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
 #include "common/base/error.hpp"
+#include "common/base/rotation_vector.hpp"
 
 namespace palpate {
 namespace {
@@ -98,16 +99,22 @@ bool report(const StabilityCells& cells, StabilityCube cube, const std::filesyst
 }
 
 std::string trace_csv(const StabilityResult& result) {
-  std::string csv = "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj,ref_x_mm,ref_y_mm,ref_z_mm\n";
+  std::string csv =
+      "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,patch_age_ms,kinetic_mj,display_mj,ref_x_mm,ref_y_mm,ref_z_mm,"
+      "turn_x_mrad,turn_y_mrad,turn_z_mrad,torque_x_mnm,torque_y_mnm,torque_z_mnm\n";
   const std::vector<LoopTick>&ticks = result.loops[result.worst].ticks, &ref = result.references[result.worst].ticks;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const LoopTick& t = ticks[i];
     const Vec3 moved = 1e3 * (t.position - ticks[0].position);
     const Vec3 there = 1e3 * (ref[std::min(i, ref.size() - 1)].position - ref[0].position);
-    fmt::format_to(std::back_inserter(csv),
-                   "{:.3f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                   static_cast<double>(i) * 1e-3, moved.x(), moved.y(), moved.z(), t.force.x(), t.force.y(), t.force.z(),
-                   seconds(t.patch_age) * 1e3, 1e3 * t.kinetic_j, 1e3 * t.display_j, there.x(), there.y(), there.z());
+    const Vec3 turned = 1e3 * rotation_between(ticks[0].turn, t.turn), torque = 1e3 * t.torque;
+    fmt::format_to(
+        std::back_inserter(csv),
+        "{:.3f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
+        "{:.6g},{:.6g},{:.6g}\n",
+        static_cast<double>(i) * 1e-3, moved.x(), moved.y(), moved.z(), t.force.x(), t.force.y(), t.force.z(),
+        seconds(t.patch_age) * 1e3, 1e3 * t.kinetic_j, 1e3 * t.display_j, there.x(), there.y(), there.z(), turned.x(), turned.y(),
+        turned.z(), torque.x(), torque.y(), torque.z());
   }
   return csv;
 }
@@ -118,11 +125,15 @@ int run_one(const StabilityFlags& flags) {
   const StabilityResult result = measure_stability(point, reference_of(point, flags.cube()));
   const LoopVerdict& v = result.verdict;
   write_text(out / "trace.csv", trace_csv(result));
-  plot_csv(out / "trace.csv", out / "trace.svg", flags.only, "time [s]",
-           {{"depth [mm]", {{"1:(-$13)", "full model at 1 kHz", 0}, {"1:(-$4)", "tool", 1}}},
-            {"sideways [mm]", {{"1:11", "full model at 1 kHz", 0}, {"1:2", "tool", 1}}},
-            {"force [N]", {{"1:7", "up", 1}, {"1:5", "sideways", 2}}},
-            {"energy [mJ]", {{"1:10", "put into the display", 1}, {"1:9", "kinetic", 2}}}},
+  std::vector<Panel> panels{{"depth [mm]", {{"1:(-$13)", "full model at 1 kHz", 0}, {"1:(-$4)", "tool", 1}}},
+                            {"sideways [mm]", {{"1:11", "full model at 1 kHz", 0}, {"1:2", "tool", 1}}},
+                            {"force [N]", {{"1:7", "up", 1}, {"1:5", "sideways", 2}}},
+                            {"energy [mJ]", {{"1:10", "put into the display", 1}, {"1:9", "kinetic", 2}}}};
+  if (!point.tool.empty()) {
+    panels.push_back({"turned [mrad]", {{"1:14", "about x", 1}, {"1:15", "about y", 2}, {"1:16", "about z", 3}}});
+    panels.push_back({"torque [mN m]", {{"1:17", "about x", 1}, {"1:18", "about y", 2}, {"1:19", "about z", 3}}});
+  }
+  plot_csv(out / "trace.csv", out / "trace.svg", flags.only, "time [s]", panels,
            {.rows = result.loops[result.worst].ticks.size()});
   if (point.hands > 1)
     fmt::print("hand {} of {}, the least calm one; largest step at a hand-over {:.2f} N\n", result.worst + 1, point.hands,

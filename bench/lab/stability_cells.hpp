@@ -22,7 +22,8 @@ struct StabilityCell {
 enum class StabilityKind : std::uint8_t { hand, hands, tools };
 StabilityKind kind_of(const StabilityPoint& point);
 
-/// That of several hands has columns for their number, distance and round trips, that of tools one for the tool.
+/// Table of a kind of points: for several hands with columns for their number, distance and round trips, for tools with one for
+/// the tool.
 CellTable<StabilityCell> stability_table(StabilityKind kind);
 /// Point of a key, as --only accepts it; throws InputError if there is no such loop.
 StabilityPoint stability_point(const std::string& key, StabilityKind kind);

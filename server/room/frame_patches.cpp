@@ -105,6 +105,7 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
 /// Chooses the port at which the patch is made, and moves those of the tool that do not touch to the nearest point of the
 /// surface. Those of a body that are in reach, and the path of a needle, are requested: the patch has their contacts, too.
 void FramePatches::choose_port(Task& task, Micros horizon) {
+  const bool touches = std::ranges::any_of(task.parts, [&](std::size_t k) { return body_->ports()[k].touching; });
   std::pair<double, double> best{-1, 0};  // force, minus height
   for (const std::size_t k : task.parts) {
     const ToolPort& port = body_->ports()[k];
@@ -113,7 +114,7 @@ void FramePatches::choose_port(Task& task, Micros horizon) {
       continue;
     }
     const bool holds = port.kind == ContactKind::attach || port.touching;
-    const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon);
+    const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon, touches);
     if (!height) continue;
     if (task.parts.size() > 1 && task.job->wants_patch) frame_model_.request_patch(k);
     const std::pair worth{holds ? port.lambda.norm() : 0.0, -*height};
@@ -123,13 +124,17 @@ void FramePatches::choose_port(Task& task, Micros horizon) {
   }
 }
 
-/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch.
-std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros horizon) {
-  // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction.
+/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch. `touches`: other
+/// spheres of the tool do.
+std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros horizon, bool touches) {
+  // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction. A
+  // tool that touches is held up by the body, and each contact takes the place of modes.
   constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
+  constexpr double kReachMarginTouchingM = 0.001;
   const ToolAt& tool = frame_model_.tool(port);
   const double t = seconds(horizon), radius_m = body_->ports()[port].sphere.radius_m;
-  const double reach = tool.velocity.norm() * t + 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM + radius_m;
+  const double sudden = touches ? kReachMarginTouchingM : 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM;
+  const double reach = tool.velocity.norm() * t + sudden + radius_m;
   const auto nearest = body_->nearest_within(tool.position, reach);
   if (!nearest) return std::nullopt;
   body_->move_point(port, nearest->point);

