@@ -1,4 +1,5 @@
-// Worlds, each drawn from its seed, under every check; ./dev soak draws others for as long as it is told. A failure prints the command that repeats it.
+// Worlds, each drawn from its seed, under every check; ./dev soak draws others for as long as it is told. A failure prints the
+// command that repeats it.
 #include <catch2/catch.hpp>
 
 #include "bench/world/run.hpp"
