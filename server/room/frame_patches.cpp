@@ -124,8 +124,8 @@ void FramePatches::choose_port(Task& task, Micros horizon) {
   }
 }
 
-/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch. `touches`: other
-/// spheres of the tool do.
+/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch. `touches`: true
+/// if another sphere of the tool touches.
 std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros horizon, bool touches) {
   // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction. A
   // tool that touches is held up by the body, and each contact takes the place of modes.

@@ -13,7 +13,7 @@
 // than
 //     |h'| tau + a tau^2 / 2 + 5 mm,     tau its horizon, a = kHandAccelerationMostMs2 (tool_prediction.hpp)
 //
-// A sphere of a tool that touches with others is a contact of its patch from |h'| tau + 1 mm on.
+// A sphere of a tool whose other spheres touch is a contact of the patch if it is nearer than |h'| tau + 1 mm.
 //
 // A body that is reset is at rest from the beginning of that frame on, and no tool touches it. The force that a hand felt fades,
 // and then its tool may touch again (tool_coupling.hpp); a grasp resumes where its node is in reach.
