@@ -47,8 +47,9 @@ Offset offset(double t) {
 /// Distances along a ray to the surface of the body at rest, ascending.
 std::vector<double> hits(const LumpedBody& body, const Vec3& from, const Vec3& along) {
   std::vector<double> distances;
+  const std::vector<Vec3> rest = vertices_at_rest(body);
   for (const Triangle& t : body.triangles) {
-    const Vec3 a = body.nodes[t[0]], u = body.nodes[t[1]] - a, v = body.nodes[t[2]] - a;
+    const Vec3 a = rest[t[0]], u = rest[t[1]] - a, v = rest[t[2]] - a;
     const Vec3 across = along.cross(v);
     const double determinant = u.dot(across);
     if (std::abs(determinant) < 1e-15) continue;
@@ -63,7 +64,7 @@ std::vector<double> hits(const LumpedBody& body, const Vec3& from, const Vec3& a
 /// A random point of the surface, uniform over its area, and the outward normal of its triangle.
 class DrawnPoint {
  public:
-  DrawnPoint(const LumpedBody& body, std::uint64_t seed) : body_(body), random_(seed) {
+  DrawnPoint(const LumpedBody& body, std::uint64_t seed) : body_(body), rest_(vertices_at_rest(body)), random_(seed) {
     for (const Triangle& t : body.triangles) area_.push_back((area_.empty() ? 0 : area_.back()) + 0.5 * doubled(t).norm());
   }
   void draw() {
@@ -72,17 +73,16 @@ class DrawnPoint {
         body_.triangles[static_cast<std::size_t>(std::upper_bound(area_.begin(), area_.end() - 1, share) - area_.begin())];
     double x = random_.uniform(), y = random_.uniform();
     if (x + y > 1) x = 1 - x, y = 1 - y;
-    const Vec3 a = body_.nodes[t[0]];
-    point = a + x * (body_.nodes[t[1]] - a) + y * (body_.nodes[t[2]] - a);
+    const Vec3 a = rest_[t[0]];
+    point = a + x * (rest_[t[1]] - a) + y * (rest_[t[2]] - a);
     normal = doubled(t).normalized();
   }
   Vec3 point = Vec3::Zero(), normal = Vec3::UnitZ();
 
  private:
-  Vec3 doubled(const Triangle& t) const {
-    return (body_.nodes[t[1]] - body_.nodes[t[0]]).cross(body_.nodes[t[2]] - body_.nodes[t[0]]);
-  }
+  Vec3 doubled(const Triangle& t) const { return (rest_[t[1]] - rest_[t[0]]).cross(rest_[t[2]] - rest_[t[0]]); }
   const LumpedBody& body_;
+  std::vector<Vec3> rest_;
   std::vector<double> area_;  // cumulative area of the triangles
   Random random_;
 };

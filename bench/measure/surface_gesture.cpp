@@ -24,8 +24,9 @@ Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
   constexpr double kSteep = 0.8;  // cosine against the vertical
   Vec3 nearest = home;
   double least = std::numeric_limits<double>::max();
+  const std::vector<Vec3> at = vertices_at_rest(body);
   for (const Triangle& t : body.triangles) {
-    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
+    const Vec3 &a = at[t[0]], &b = at[t[1]], &c = at[t[2]];
     const Vec3 normal = (b - a).cross(c - a).normalized(), middle = (a + b + c) / 3;
     const auto top = normal.z() >= kSteep ? height_above(body, middle.x(), middle.y()) : std::nullopt;
     const double distance = (middle - home).head<2>().norm();
@@ -142,8 +143,9 @@ class GestureMaker {
 
 std::optional<double> height_above(const LumpedBody& body, double x, double y) {
   std::optional<double> top;
+  const std::vector<Vec3> at = vertices_at_rest(body);
   for (const Triangle& t : body.triangles) {
-    const Vec3 &a = body.nodes[t[0]], &b = body.nodes[t[1]], &c = body.nodes[t[2]];
+    const Vec3 &a = at[t[0]], &b = at[t[1]], &c = at[t[2]];
     const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
     if (area <= 0) continue;  // seen from below
     const double u = ((x - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (y - a.y())) / area;

@@ -19,6 +19,7 @@
 
 struct palpate_scene {
   palpate::Scene scene;
+  std::vector<palpate::Vec3> vertices = vertices_at_rest(scene.body);
 };
 struct palpate_body {
   palpate::LocalRoom room;
@@ -167,8 +168,8 @@ void palpate_scene_free(palpate_scene* scene) { delete scene; }
 int palpate_scene_home(const palpate_scene* scene, double home[3]) {
   return guarded([&] { put(home_of(needed(scene, "scene").scene), &needed(home, "home")); });
 }
-int palpate_scene_nodes(const palpate_scene* scene, const double** positions, size_t* count) {
-  return guarded([&] { give(needed(scene, "scene").scene.body.nodes, positions, count); });
+int palpate_scene_vertices(const palpate_scene* scene, const double** positions, size_t* count) {
+  return guarded([&] { give(needed(scene, "scene").vertices, positions, count); });
 }
 int palpate_scene_triangles(const palpate_scene* scene, const uint32_t** triangles, size_t* count) {
   return guarded([&] { give(needed(scene, "scene").scene.body.triangles, triangles, count); });

@@ -50,9 +50,9 @@ int palpate_scene_open(const char* file, palpate_scene** scene);
 void palpate_scene_free(palpate_scene* scene);
 /* Start of a tool [m]: 20 mm above the top of the body, or the node that it holds. */
 int palpate_scene_home(const palpate_scene* scene, double home[3]);
-/* Positions of the nodes at rest [m]: *count vectors. Until _free(). */
-int palpate_scene_nodes(const palpate_scene* scene, const double** positions, size_t* count);
-/* Outer surface: *count triangles of three node numbers, counter-clockwise seen from outside. Until _free(). */
+/* Positions of the vertices at rest [m]: *count vectors, those of the nodes first. Until _free(). */
+int palpate_scene_vertices(const palpate_scene* scene, const double** positions, size_t* count);
+/* Outer surface: *count triangles of three vertices, counter-clockwise seen from outside. Until _free(). */
 int palpate_scene_triangles(const palpate_scene* scene, const uint32_t** triangles, size_t* count);
 
 /* --- a body and its tools in this process, in virtual time
@@ -94,7 +94,7 @@ int palpate_body_reset(palpate_body* body);
 int palpate_body_time_us(const palpate_body* body, int64_t* time_us);
 /* A tool at the end of the last step, with the force of the full model. */
 int palpate_body_tool(const palpate_body* body, uint32_t id, palpate_tool* tool);
-/* Positions of all nodes at the end of the last step. Until the next step. */
+/* Positions of all vertices at the end of the last step. Until the next step. */
 int palpate_body_shape(const palpate_body* body, const double** positions, size_t* count);
 
 /* --- a patch, a tick at a time

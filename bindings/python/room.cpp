@@ -87,7 +87,7 @@ void add_room(py::module_& module) {
           "t_s", [](const Frame& frame) { return seconds(frame->stamp); }, "Time of the body [s].")
       .def_property_readonly(
           "shape", [](py::object self) { return rows(std::span<const Vec3>(self.cast<const FrameResult&>().positions), self); },
-          "Positions of all nodes, (nodes, 3) [m]; (0, 3) with shape=False. A view.")
+          "Positions of all vertices, (vertices, 3) [m]; (0, 3) with shape=False. A view.")
       .def_property_readonly("tools", &frame_tools, "The tools of the step, in its order.")
       .def("tool", &tool_of, py::arg("id") = 1, "The tool of this number. Raises InputError when the step had none.")
       .def_property_readonly(
@@ -123,7 +123,7 @@ void add_room(py::module_& module) {
           "tool (1, 2, ...). A tool that was not in the last step starts at its first position; one that is missing is removed.\n"
           "patches: make a patch for each tool, by scheme (hold, tangent, ring, port, hyper), with order states (0: as the "
           "scheme\n"
-          "has them), that predicts the hands for horizon_s [s]. shape: copy the positions of all nodes.\n"
+          "has them), that predicts the hands for horizon_s [s]. shape: copy the positions of all vertices.\n"
           "Raises InputError for paths of other shapes and positions that are not finite or beyond 10 m.")
       .def("step_alone", &step_alone, py::arg("ticks"), py::kw_only(), py::arg("shape") = usual.shape,
            "Lets the body move without tools for ticks milliseconds (1 to 1000), and returns the Frame.")

@@ -59,6 +59,16 @@ void add_scene(py::module_& module) {
       .def_property_readonly(
           "nodes", with_scene([](const Scene& scene, py::handle owner) { return rows(std::span(scene.body.nodes), owner); }),
           "Positions of all nodes at rest, (nodes, 3) [m]. A view.")
+      .def_property_readonly(
+          "vertices",
+          [](const Scene& scene) {
+            const std::vector<Vec3> at = vertices_at_rest(scene.body);
+            py::array_t<double> copy({static_cast<py::ssize_t>(at.size()), py::ssize_t{3}});
+            if (!at.empty()) std::copy_n(at.front().data(), 3 * at.size(), copy.mutable_data());
+            return copy;
+          },
+          "Positions of all vertices at rest, (vertices, 3) [m]: the nodes, and after them those of a cut body's surface that\n"
+          "are no nodes. A copy.")
       .def_property_readonly("masses_kg", with_scene([](const Scene& scene, py::handle owner) {
                                return view(scene.body.masses_kg.data(), {static_cast<py::ssize_t>(scene.body.masses_kg.size())},
                                            {sizeof(double)}, owner);
@@ -70,7 +80,7 @@ void add_scene(py::module_& module) {
                              }),
                              "True for nodes that never move, (nodes,). A view.")
       .def_property_readonly("triangles", with_scene(scene_triangles),
-                             "Outer surface: node indices, (triangles, 3), counter-clockwise seen from outside. A view.")
+                             "Outer surface: indices of vertices, (triangles, 3), counter-clockwise seen from outside. A view.")
       .def_property_readonly(
           "contact_stiffness_n_m", [](const Scene& scene) { return scene.tool.contact_stiffness_n_m; },
           "Stiffness of the contact between tool and surface [N/m].")

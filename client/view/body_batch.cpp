@@ -53,17 +53,30 @@ bool BodyBatch::show(const Sight& sight, const Look& look) {
   next_.positions.assign(sight.positions.begin(), sight.positions.end());
   next_.rest.assign(sight.rest.begin(), sight.rest.end());
   next_.scalars.assign(sight.scalars.begin(), sight.scalars.end());
-  next_.fixed.resize(sight.vertices.size());
-  std::transform(sight.vertices.begin(), sight.vertices.end(), next_.fixed.begin(), [](const MeshVertex& v) { return v.fixed; });
+  next_.marks.resize(sight.vertices.size());
+  std::transform(sight.vertices.begin(), sight.vertices.end(), next_.marks.begin(),
+                 [](const MeshVertex& v) { return mark_of(v); });
   next_.closed = sight.closed;
   next_.strained = look.lines == Lines::strain;
   next_.level = affordable_level(sight, look);
   if (next_ == made_) return false;
   if (next_.level != made_.level) refine(next_.level);
   if (next_.triangles != made_.triangles || next_.rest != made_.rest) cavity_.prepare(next_.triangles, next_.rest);
+  const bool others = next_.triangles != made_.triangles || next_.marks != made_.marks;
   std::swap(next_, made_);
+  if (others) find_walls();
   fill();
   return true;
+}
+
+bool BodyBatch::is_wall(const Triangle& t) const {
+  return !made_.marks.empty() && std::ranges::any_of(t, [&](std::uint32_t i) { return made_.marks[i] == kWallMark; });
+}
+
+void BodyBatch::find_walls() {
+  walls_.clear();
+  outer_.clear();
+  for (const Triangle& t : made_.triangles) (is_wall(t) ? walls_ : outer_).push_back(t);
 }
 
 void BodyBatch::refine(int level) {
@@ -86,15 +99,23 @@ void BodyBatch::fill() {
   update_normals(made_.triangles, made_.positions, normals_);
   cavity_.measure(made_.positions, normals_, hollow_);
   corners_.clear();
-  for (const Triangle& t : made_.triangles) {
+  if (!walls_.empty()) update_normals(outer_, made_.positions, normals_);
+  add_corners(outer_, false);
+  if (!walls_.empty()) update_normals(walls_, made_.positions, normals_);
+  add_corners(walls_, true);
+  upload(corner_buffer_, std::as_bytes(std::span(corners_)));
+}
+
+/// Adds the corners of these triangles, with the normals of the same.
+void BodyBatch::add_corners(const std::vector<Triangle>& triangles, bool walls) {
+  for (const Triangle& t : triangles) {
     const Vec3f strain = strain_of(t);
     for (const std::uint32_t i : t) {
       const float scalar = made_.scalars.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.scalars[i];
-      const float fixed = !made_.fixed.empty() && made_.fixed[i] ? 1.0F : 0.0F;
-      corners_.push_back({made_.positions[i], normals_[i], Vec3f(scalar, hollow_[i], fixed), strain});
+      const float kind = walls ? -1.0F : !made_.marks.empty() && made_.marks[i] == kFixedMark ? 1.0F : 0.0F;
+      corners_.push_back({made_.positions[i], normals_[i], Vec3f(scalar, hollow_[i], kind), strain});
     }
   }
-  upload(corner_buffer_, std::as_bytes(std::span(corners_)));
 }
 
 void BodyBatch::draw() const {

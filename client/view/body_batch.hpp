@@ -26,14 +26,14 @@ class BodyBatch {
  private:
   /// Data of vertex `corner` of a triangle; three are a triangle.
   struct Corner {
-    Vec3f position, normal, look, strain;  ///< look: scalar, cavity, fixed; strain: of the edge opposite each corner
+    Vec3f position, normal, look, strain;  ///< look: scalar, cavity, 1 fixed or -1 wall; strain: of the edge opposite each corner
   };
   /// The data from which the corners are computed.
   struct Made {
     std::vector<Triangle> triangles;
     std::vector<Vec3f> positions, rest;
     std::vector<float> scalars;
-    std::vector<bool> fixed;
+    std::vector<std::uint8_t> marks;  ///< mark_of() each vertex
     bool closed = false, strained = false;
     int level = 0;
 
@@ -41,11 +41,15 @@ class BodyBatch {
   };
   void refine(int level);
   void fill();
+  bool is_wall(const Triangle& triangle) const;
+  void find_walls();
+  void add_corners(const std::vector<Triangle>& triangles, bool walls);
   Vec3f strain_of(const Triangle& triangle) const;
 
   GlVertexArray plain_array_, curved_array_;
   GlBuffer pattern_buffer_, corner_buffer_;
   Cavity cavity_;
+  std::vector<Triangle> walls_, outer_;  // an edge between both is sharp
   std::vector<Vec3f> normals_;
   std::vector<float> hollow_;
   std::vector<Corner> corners_;

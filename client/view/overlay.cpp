@@ -151,12 +151,18 @@ void draw_color_bar(const Pen& pen, int row, const std::string& title, float fro
   }
 }
 
-/// Draws the colour of fixed parts, next to the lowest bar.
-void draw_held(const Pen& pen, const Sight& sight) {
-  if (std::none_of(sight.vertices.begin(), sight.vertices.end(), [](const MeshVertex& v) { return v.fixed; })) return;
-  const float x = 292 * pen.scale, y = pen.bottom - 52 * pen.scale, side = 11 * pen.scale;
-  pen.list.AddRectFilled({x, y}, {x + side, y + side}, packed(to_srgb(held_color())), 2 * pen.scale);
-  pen.text(x + side + 7 * pen.scale, y - 3 * pen.scale, 13, pen.theme.ink_soft, "held fast");
+/// Draws the colours of fixed parts and of walls of cuts, next to the lowest bar.
+void draw_kinds(const Pen& pen, const Sight& sight) {
+  const float x = 292 * pen.scale, side = 11 * pen.scale;
+  float y = pen.bottom - 52 * pen.scale;
+  const auto draw = [&](bool MeshVertex::*is, const Vec3f& color, const char* name) {
+    if (std::ranges::none_of(sight.vertices, is)) return;
+    pen.list.AddRectFilled({x, y}, {x + side, y + side}, packed(to_srgb(color)), 2 * pen.scale);
+    pen.text(x + side + 7 * pen.scale, y - 3 * pen.scale, 13, pen.theme.ink_soft, name);
+    y += 20 * pen.scale;
+  };
+  draw(&MeshVertex::fixed, held_color(), "held fast");
+  draw(&MeshVertex::wall, wall_color(), "cut");
 }
 
 void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
@@ -164,7 +170,7 @@ void draw_legends(const Pen& pen, const Sight& sight, const Look& look) {
   const float step = legend.per_unit * contour_step(sight.color_max);
   draw_color_bar(pen, 0, fmt::format("{}, a line each {:.3g} {}", legend.title, step, legend.unit), 0,
                  legend.per_unit * sight.color_max, step, legend.unit, &displacement_color);
-  draw_held(pen, sight);
+  draw_kinds(pen, sight);
   int row = 1;
   if (look.lines == Lines::strain)
     draw_color_bar(pen, row++, "strain of the edges", -100 * kStrainMax, 100 * kStrainMax, 100 * kStrainMax, "%",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 
 #include "client/view/foresight.hpp"
 #include "client/view/pen.hpp"
@@ -70,16 +71,27 @@ std::array<std::string, kFieldCount> values(const StationView& s, const PanelFig
           figures.late_known ? fmt::format("{}", s.ticks_late) : "-"};
 }
 
-/// Returns the reason where the server chose the scheme; a line under the station's.
-std::string choice_line(const StationView& s, const PanelFigures& figures) {
-  return figures.holds && s.in_use.reason > SchemeReason::asked ? describe(s.in_use) : std::string();
+/// Returns the reason where the server chose the scheme, in the lines that it takes under the station's.
+std::vector<std::string> choice_lines(const StationView& s, const Column& c) {
+  std::vector<std::string> lines;
+  if (!c.figures.holds || s.in_use.reason <= SchemeReason::asked) return lines;
+  const float widest = c.right - c.left - c.at(2 * kPad + 14);
+  std::istringstream words(describe(s.in_use));
+  for (std::string word; words >> word;) {
+    if (lines.empty() || c.pen.measure(12, lines.back() + " " + word) > widest)
+      lines.push_back(word);
+    else
+      lines.back() += " " + word;
+  }
+  return lines;
 }
 
 void draw_stations(Column& c) {
   const auto& stations = c.figures.room->stations;
   const std::size_t rows = std::min(stations.size(), kMostRows);
   std::size_t lines = 1 + std::max<std::size_t>(rows, 1);
-  for (std::size_t i = 0; i < rows; ++i) lines += !choice_line(stations[i], c.figures).empty();
+  std::vector<std::vector<std::string>> choices;
+  for (std::size_t i = 0; i < rows; ++i) lines += choices.emplace_back(choice_lines(stations[i], c)).size();
   const float height = kPad + kUnits + kRow * static_cast<float>(lines) + 6;
   c.box(height);
   float y = c.y + c.at(9);
@@ -99,9 +111,9 @@ void draw_stations(Column& c) {
     const auto words = values(s, c.figures);
     for (std::size_t k = 0; k < kFields.size(); ++k)
       c.pen.text_left_of(c.left + c.at(kFields[k].right), y, 13, c.pen.theme.ink, words[k]);
-    if (const std::string why = choice_line(s, c.figures); !why.empty()) {
+    for (const std::string& line : choices[i]) {
       y += c.at(kRow);
-      c.pen.text(c.left + c.at(kPad + 14), y, 12, c.pen.theme.ink_soft, why);
+      c.pen.text(c.left + c.at(kPad + 14), y, 12, c.pen.theme.ink_soft, line);
     }
   }
   c.y += c.at(height + 10);

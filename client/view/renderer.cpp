@@ -73,6 +73,7 @@ void Renderer::draw_body(const Shown& shown) {
   program->set("u_color_max", shown.color_max);
   program->set("u_contour", contour_step(shown.color_max));
   program->set("u_held", held_color());
+  program->set("u_wall", wall_color());
   program->set("u_floor_z", shown.lights.floor_center.z());
   program->set("u_size", shown.lights.size);
   program->set("u_line", shown.lights.line_pixels);

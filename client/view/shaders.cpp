@@ -57,7 +57,7 @@ std::string plain_body_vertex() {
   return R"GLSL(
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec3 a_look;    // scalar, cavity, fixed
+layout(location = 2) in vec3 a_look;    // scalar, cavity, 1 fixed or -1 wall
 layout(location = 3) in vec3 a_strain;  // of the triangle's edge across from each corner
 uniform mat4 u_view_projection;
 out vec3 v_edge;
@@ -124,7 +124,7 @@ centroid in vec3 v_position, v_normal, v_look;
 flat in vec3 v_strain;
 uniform sampler2D u_colors;
 uniform float u_color_max, u_contour, u_floor_z, u_size, u_bias, u_strain_max, u_line;
-uniform vec3 u_held;
+uniform vec3 u_held, u_wall;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
 out vec4 color;
 void main() {
@@ -133,6 +133,7 @@ void main() {
   vec3 albedo = texture(u_colors, vec2(scalar / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
   // What is held fast: slate, softly from the first free vertex on: the border between vertices is nobody's.
   albedo = mix(albedo, u_held, 0.82 * smoothstep(0.0, 1.0, fixed_share));
+  albedo = mix(albedo, u_wall, 0.8 * step(0.5, -fixed_share));
   // A line at each step of the legend, not at zero: of an indentation they are its lines of equal depth.
   float steps = scalar / u_contour, across = max(fwidth(steps), 1e-6) * u_line;
   float contour = 1.0 - smoothstep(0.5, 1.5, abs(fract(steps - 0.5) - 0.5) / across);

@@ -10,12 +10,14 @@ RecordedSurface surface_of(const ViewCore& core) {
   RecordedSurface surface;
   const BodyMesh& mesh = core.mesh();
   const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
-  surface.body_vertices = std::max(vertices, core.room().nodes);
+  surface.body_vertices = vertices;
+  surface.body_nodes = core.room().nodes;
   surface.mesh_hash = core.welcome().mesh_hash;
   for (std::uint32_t v = 0; v < vertices; ++v) {
     surface.nodes.push_back(v);
     surface.rest.push_back(mesh.vertices[v].rest);
     if (mesh.vertices[v].fixed) surface.fixed.push_back(v);
+    if (mesh.vertices[v].wall) surface.walls.push_back(v);
   }
   surface.triangles = mesh.triangles;
   return surface;

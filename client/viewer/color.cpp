@@ -66,6 +66,8 @@ Vec3f station_color(std::size_t index) {
   return kPalette[index % kPalette.size()];
 }
 
+Vec3f wall_color() { return {0.66F, 0.36F, 0.37F}; }
+
 Vec3f held_color() { return {0.10F, 0.115F, 0.14F}; }
 
 const Theme& theme(bool dark) {

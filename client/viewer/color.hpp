@@ -34,6 +34,8 @@ Vec3f station_color(std::size_t index);
 
 /// Linear colour of fixed parts.
 Vec3f held_color();
+/// Linear colour of the walls of cuts.
+Vec3f wall_color();
 
 /// Everything in which light and dark pictures differ. The colours of lights are linear, the others sRGB.
 struct Theme {

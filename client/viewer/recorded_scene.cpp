@@ -41,6 +41,7 @@ BodyMesh mesh_of(const RecordedSurface& surface) {
   BodyMesh mesh;
   for (const Vec3& x : surface.rest) mesh.vertices.push_back({x, false});
   for (const std::uint32_t vertex : surface.fixed) mesh.vertices[vertex].fixed = true;
+  for (const std::uint32_t vertex : surface.walls) mesh.vertices[vertex].wall = true;
   mesh.triangles = surface.triangles;
   return mesh;
 }
@@ -275,7 +276,7 @@ StationView RecordedScene::station_at(const Hand& hand, Micros t) const {
 
 RoomView RecordedScene::room_at(Micros t) const {
   RoomView room;
-  room.nodes = recording_.head().surface.body_vertices;
+  room.nodes = recording_.head().surface.body_nodes;
   room.tool = recording_.head().tool;
   Micros took{};
   const auto frames = within(frames_, t - kCostOver, t);

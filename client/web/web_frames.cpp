@@ -124,7 +124,7 @@ std::string mesh_frame(const BodyMesh& mesh, std::span<const Vec3f> rest, std::u
   append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const Vec3f& p : rest) append_vector(out, p);
   for (std::size_t v = 0; v < rest.size(); ++v)
-    append(out, static_cast<std::uint8_t>(v < mesh.vertices.size() && mesh.vertices[v].fixed ? 1 : 0));
+    append(out, v < mesh.vertices.size() ? mark_of(mesh.vertices[v]) : std::uint8_t{0});
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t) append(out, v);
   return out;
@@ -207,7 +207,8 @@ std::string hello_message(const PageGreeting& greeting) {
          {"live", greeting.live},
          {"palette", std::move(palette)},
          {"stations", std::move(stations)},
-         {"held", css(to_srgb(held_color()))}};
+         {"held", css(to_srgb(held_color()))},
+         {"wall", css(to_srgb(wall_color()))}};
   if (!greeting.live)
     j["recording"] = {
         {"begin", rounded(greeting.begin_s, 6)},           {"end", rounded(greeting.end_s, 6)},

@@ -118,9 +118,11 @@ Micros time_of(std::int64_t t, MessageValidator& sense) {
 /// Decodes a surface. A sheet has no triangles, a station's recording no surface at all; FlatBuffers omit empty fields.
 bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& sense) {
   surface.body_vertices = table.body_vertices();
+  surface.body_nodes = table.body_nodes();
   surface.mesh_hash = table.mesh_hash();
   surface.nodes = sense.numbers(table.nodes());
   surface.fixed = sense.numbers(table.fixed());
+  surface.walls = sense.numbers(table.walls());
   const std::vector<std::uint32_t> corners = sense.numbers(table.triangles());
   each(table.rest(), sense, [&](const wire::Point& rest) { surface.rest.push_back(position_of(rest, sense)); });
   const std::size_t vertices = surface.nodes.size();
@@ -129,7 +131,8 @@ bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& s
   for (std::size_t i = 0; i < corners.size(); i += 3) surface.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
   for (const std::uint32_t node : surface.nodes) sense.that(node < surface.body_vertices);
   for (const std::uint32_t corner : corners) sense.that(corner < vertices);
-  for (const std::uint32_t vertex : surface.fixed) sense.that(vertex < vertices);
+  for (const auto* marked : {&surface.fixed, &surface.walls})
+    for (const std::uint32_t vertex : *marked) sense.that(vertex < vertices);
   return sense.ok();
 }
 

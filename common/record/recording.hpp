@@ -23,12 +23,13 @@ enum class RecordingKind : std::uint8_t { room, station };
 
 /// The recorded vertices of a body: those of its triangles; all of a body without triangles.
 struct RecordedSurface {
-  std::uint32_t body_vertices = 0;
+  std::uint32_t body_vertices = 0, body_nodes = 0;
   std::uint64_t mesh_hash = 0;       ///< as in Welcome
   std::vector<std::uint32_t> nodes;  ///< indices of the recorded vertices in the body, ascending
   std::vector<Vec3> rest;            ///< rest positions of these from the scene, before gravity
   std::vector<Triangle> triangles;   ///< indices into `nodes`
   std::vector<std::uint32_t> fixed;  ///< indices of fixed ones in `nodes`, ascending
+  std::vector<std::uint32_t> walls;  ///< of those on walls of cuts, ascending
 };
 
 struct RecordingHead {

@@ -44,12 +44,14 @@ std::uint32_t micros_of(Micros t) { return clamped<std::uint32_t>(t.count()); }
 std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
   auto table = std::make_unique<record::SurfaceT>();
   table->body_vertices = surface.body_vertices;
+  table->body_nodes = surface.body_nodes;
   table->mesh_hash = surface.mesh_hash;
   table->nodes = surface.nodes;
   for (const Vec3& x : surface.rest) table->rest.push_back(point_of(x));
   for (const Triangle& triangle : surface.triangles)
     table->triangles.insert(table->triangles.end(), triangle.begin(), triangle.end());
   table->fixed = surface.fixed;
+  table->walls = surface.walls;
   return table;
 }
 
@@ -346,7 +348,7 @@ std::size_t RecordingWriter::bytes() const { return state_->size(); }
 
 RecordedSurface recorded_surface(const std::vector<Vec3>& rest, const std::vector<Triangle>& triangles, std::uint64_t mesh_hash) {
   RecordedSurface surface;
-  surface.body_vertices = static_cast<std::uint32_t>(rest.size());
+  surface.body_vertices = surface.body_nodes = static_cast<std::uint32_t>(rest.size());
   surface.mesh_hash = mesh_hash;
   std::vector<std::uint32_t> place(rest.size(), triangles.empty() ? 1 : 0);
   for (const Triangle& triangle : triangles)

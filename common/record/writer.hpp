@@ -55,7 +55,7 @@ class RecordingWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Selects the vertices of a body to record, from its rest positions and triangles.
+/// Selects the vertices of a body to record, from its rest positions and triangles; all count as nodes.
 RecordedSurface recorded_surface(const std::vector<Vec3>& rest, const std::vector<Triangle>& triangles, std::uint64_t mesh_hash);
 
 }  // namespace palpate

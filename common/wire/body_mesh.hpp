@@ -4,7 +4,7 @@
 // Vertices are those that triangles use, ordered so that neighbours in number are neighbours in space. Rest positions are
 // multiples of 2^-19 m (1.9 um): the server measures displacements from exactly the positions that a viewer decodes.
 //
-// The hash is FNV-1a (64 bit), fed a word at a time: the vertex count, the three coordinates in steps and the fixed mark of every
+// The hash is FNV-1a (64 bit), fed a word at a time: the vertex count, the three coordinates in steps and the mark of every
 // vertex, then the three indices of every triangle. It distinguishes meshes, but does not protect against deliberate collisions.
 #pragma once
 
@@ -21,7 +21,12 @@ inline constexpr double kRestStepM = 0x1p-19;
 struct MeshVertex {
   Vec3 rest = Vec3::Zero();  ///< [m], multiple of kRestStepM
   bool fixed = false;        ///< never moves
+  bool wall = false;         ///< of a cut: it lay inside the body before
 };
+
+/// The mark of a vertex on the wire.
+inline constexpr std::uint8_t kFixedMark = 1, kWallMark = 2;
+inline std::uint8_t mark_of(const MeshVertex& vertex) { return vertex.fixed ? kFixedMark : vertex.wall ? kWallMark : 0; }
 
 struct BodyMesh {
   std::vector<MeshVertex> vertices;
@@ -37,7 +42,7 @@ inline std::uint64_t mesh_hash(const BodyMesh& mesh) {
   const auto feed = [&hash](std::uint32_t word) { hash = (hash ^ word) * kPrime; };
   for (const MeshVertex& vertex : mesh.vertices) {
     for (const double x : vertex.rest) feed(static_cast<std::uint32_t>(rest_steps(x)));
-    feed(vertex.fixed ? 1 : 0);
+    feed(mark_of(vertex));
   }
   for (const Triangle& triangle : mesh.triangles)
     for (const std::uint32_t vertex : triangle) feed(vertex);

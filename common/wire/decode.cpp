@@ -219,9 +219,10 @@ WireFault read_vertices(const flatbuffers::Vector<std::uint8_t>& bytes, std::vec
       vertices[i].rest[k] = (static_cast<std::int32_t>(bits << 8) >> 8) * kRestStepM;
     }
     const auto mark = bytes[static_cast<flatbuffers::uoffset_t>(at + 9)];
-    vertices[i].fixed = mark == 1;
+    vertices[i].fixed = mark == kFixedMark;
+    vertices[i].wall = mark == kWallMark;
     sense.position(vertices[i].rest);
-    sense.that(mark <= 1);
+    sense.that(mark <= kWallMark);
   }
   return sense.fault();
 }

@@ -120,7 +120,7 @@ class BodyWriter {
     LittleBytes bytes;
     for (const auto& vertex : m.vertices) {
       for (const double x : vertex.rest) bytes.add_24(packer_.rest(x));
-      bytes.add(vertex.fixed ? 1 : 0);
+      bytes.add(mark_of(vertex));
     }
     for (const auto& triangle : m.triangles)
       for (const auto index : triangle) {

@@ -6,9 +6,9 @@ namespace palpate {
 
 std::vector<Vec3> touch_places(const LumpedBody& body, const Vec3& first, std::size_t count) {
   std::vector<Vec3> middles;
+  const std::vector<Vec3> at = vertices_at_rest(body);
   for (const auto& [a, b, c] : body.triangles)
-    if (!body.fixed[a] && !body.fixed[b] && !body.fixed[c])
-      middles.emplace_back((body.nodes[a] + body.nodes[b] + body.nodes[c]) / 3);
+    if (!body.is_fixed(a) && !body.is_fixed(b) && !body.is_fixed(c)) middles.emplace_back((at[a] + at[b] + at[c]) / 3);
   std::vector<double> away;
   for (const Vec3& x : middles) away.push_back(-(x - first).squaredNorm());
   std::vector<Vec3> places;

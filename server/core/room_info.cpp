@@ -46,22 +46,22 @@ std::vector<Triangle> sheet_triangles(const LumpedBody& body) {
   return triangles;
 }
 
-std::vector<std::uint32_t> nodes_of(const std::vector<Triangle>& triangles, const LumpedBody& body) {
-  std::vector<std::uint32_t> nodes;
-  for (const Triangle& t : triangles) nodes.insert(nodes.end(), t.begin(), t.end());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+std::vector<std::uint32_t> vertices_of(const std::vector<Triangle>& triangles, const std::vector<Vec3>& rest) {
+  std::vector<std::uint32_t> vertices;
+  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   Vec3 low = Vec3::Constant(1e300), high = -low;
-  for (const std::uint32_t node : nodes) {
-    low = low.cwiseMin(body.nodes[node]);
-    high = high.cwiseMax(body.nodes[node]);
+  for (const std::uint32_t vertex : vertices) {
+    low = low.cwiseMin(rest[vertex]);
+    high = high.cwiseMax(rest[vertex]);
   }
   const double extent = std::max((high - low).maxCoeff(), 1e-9);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order;
-  for (const std::uint32_t node : nodes) order.emplace_back(place_on_curve(body.nodes[node], low, extent), node);
+  for (const std::uint32_t vertex : vertices) order.emplace_back(place_on_curve(rest[vertex], low, extent), vertex);
   std::sort(order.begin(), order.end());
-  std::transform(order.begin(), order.end(), nodes.begin(), [](const auto& entry) { return entry.second; });
-  return nodes;
+  std::transform(order.begin(), order.end(), vertices.begin(), [](const auto& entry) { return entry.second; });
+  return vertices;
 }
 
 }  // namespace
@@ -69,16 +69,23 @@ std::vector<std::uint32_t> nodes_of(const std::vector<Triangle>& triangles, cons
 RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const LumpedBody& body = scene.body;
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
-  RoomInfo facts{
-      scene.name, scene.tool.contact,     home, static_cast<std::uint32_t>(body.nodes.size()), {}, nodes_of(triangles, body), 0,
-      scene.task, drawn_shape(scene.tool)};
-  std::vector<std::uint32_t> vertex_of(body.nodes.size(), kNone);
-  for (const std::uint32_t node : facts.node_of) {
-    vertex_of[node] = static_cast<std::uint32_t>(facts.mesh.vertices.size());
-    const bool fixed = node < body.fixed.size() && body.fixed[node] != 0;
-    facts.mesh.vertices.push_back({body.nodes[node].unaryExpr(&to_rest_step), fixed});
+  const std::vector<Vec3> rest = vertices_at_rest(body);
+  RoomInfo facts{scene.name,
+                 scene.tool.contact,
+                 home,
+                 static_cast<std::uint32_t>(body.nodes.size()),
+                 {},
+                 vertices_of(triangles, rest),
+                 0,
+                 scene.task,
+                 drawn_shape(scene.tool)};
+  std::vector<std::uint32_t> place_of(rest.size(), kNone);
+  for (const std::uint32_t vertex : facts.vertex_of) {
+    place_of[vertex] = static_cast<std::uint32_t>(facts.mesh.vertices.size());
+    const bool is_wall = !body.is_node(vertex) && body.embedded[vertex - body.nodes.size()].is_wall;
+    facts.mesh.vertices.push_back({rest[vertex].unaryExpr(&to_rest_step), body.is_fixed(vertex), is_wall});
   }
-  for (const Triangle& t : triangles) facts.mesh.triangles.push_back({vertex_of[t[0]], vertex_of[t[1]], vertex_of[t[2]]});
+  for (const Triangle& t : triangles) facts.mesh.triangles.push_back({place_of[t[0]], place_of[t[1]], place_of[t[2]]});
   facts.mesh_hash = mesh_hash(facts.mesh);
   return facts;
 }

@@ -14,16 +14,16 @@ namespace palpate {
 struct RoomInfo {
   std::string scene;
   ContactKind contact = ContactKind::touch;
-  Vec3 home = Vec3::Zero();            ///< start of a tool: Room::home()
-  std::uint32_t nodes = 0;             ///< nodes of the body, inner ones included
-  BodyMesh mesh;                       ///< its surface; for a planar body one side of the cells of its lattice
-  std::vector<std::uint32_t> node_of;  ///< node of each vertex of the mesh
+  Vec3 home = Vec3::Zero();              ///< start of a tool: Room::home()
+  std::uint32_t nodes = 0;               ///< nodes of the body, inner ones included
+  BodyMesh mesh;                         ///< its surface; for a planar body one side of the cells of its lattice
+  std::vector<std::uint32_t> vertex_of;  ///< vertex of the body at each of the mesh
   std::uint64_t mesh_hash = 0;
   std::optional<Task> task = {};
   ToolShape tool = {};
 };
 
-/// The mesh holds the nodes that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with
+/// The mesh holds the vertices that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with
 /// neighbouring numbers are near each other in space, so that a run of vertices moves as one.
 RoomInfo facts_of(const Scene& scene, const Vec3& home);
 

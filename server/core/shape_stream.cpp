@@ -35,7 +35,7 @@ void confirm(ShapeViewer& viewer, const ShapeViewer::Flight& flight) {
 
 }  // namespace
 
-ShapeStream::ShapeStream(const RoomInfo& facts, double rate_hz) : node_of_(facts.node_of), rate_hz_(rate_hz) {
+ShapeStream::ShapeStream(const RoomInfo& facts, double rate_hz) : vertex_of_(facts.vertex_of), rate_hz_(rate_hz) {
   Vec3 low = Vec3::Constant(1e300), high = -low;
   for (const MeshVertex& vertex : facts.mesh.vertices) {
     rest_.push_back(vertex.rest);
@@ -82,7 +82,7 @@ void ShapeStream::take(const ShapeFrame& frame) {
   ++frame_;
   body_time_ = frame.body_time;
   renew(ShapeChannel::position, kHoldSteps,
-        [&](std::size_t v, int k) { return (frame.positions[node_of_[v]][k] - rest_[v][k]) * (1 / kShapeStepM); });
+        [&](std::size_t v, int k) { return (frame.positions[vertex_of_[v]][k] - rest_[v][k]) * (1 / kShapeStepM); });
   for (std::size_t k = 1; k < kShapeChannels; ++k) {
     const ShapeChannel which{static_cast<std::uint8_t>(k)};
     if (!frame.fields[index_of(which)].empty()) take_scalars(which, frame.fields[index_of(which)]);
@@ -94,11 +94,11 @@ void ShapeStream::take(const ShapeFrame& frame) {
 void ShapeStream::take_scalars(ShapeChannel which, std::span<const float> scalars) {
   Channel& channel = channels_[index_of(which)];
   float largest = 0;
-  for (const std::uint32_t node : node_of_) largest = std::max(largest, scalars[node]);
+  for (const std::uint32_t vertex : vertex_of_) largest = std::max(largest, scalars[vertex]);
   if (which != ShapeChannel::support && std::isfinite(largest))
     while (largest > kScalarSteps * channel.unit && 2 * channel.unit <= kMaxShapeUnit) channel.unit *= 2;
   renew(which, kHoldScalar,
-        [&](std::size_t v, int) { return std::clamp(scalars[node_of_[v]] / channel.unit, 0.0, kScalarSteps); });
+        [&](std::size_t v, int) { return std::clamp(scalars[vertex_of_[v]] / channel.unit, 0.0, kScalarSteps); });
 }
 
 Vec3 ShapeStream::vertex(std::size_t v) const {

@@ -60,7 +60,7 @@ struct ShapeViewer {
   bool due = false;                                    ///< true while the newest frame was not completely sent
 };
 
-/// Time and values of one frame, by node of the body; a channel without values is omitted.
+/// Time and values of one frame, by vertex of the body; a channel without values is omitted.
 struct ShapeFrame {
   Micros body_time{};
   std::span<const Vec3> positions;
@@ -109,7 +109,7 @@ class ShapeStream {
   const std::vector<std::uint8_t>& packed(ShapeChannel which, std::uint32_t block);
 
   std::vector<Vec3> rest_;
-  std::vector<std::uint32_t> node_of_;
+  std::vector<std::uint32_t> vertex_of_;
   double reach_m_;  ///< radius around a tool in which blocks count as near
   double rate_hz_;
   std::array<Channel, kShapeChannels> channels_;

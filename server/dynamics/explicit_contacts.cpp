@@ -59,7 +59,7 @@ std::vector<std::size_t> ExplicitContacts::meet(const std::vector<ToolPort>& por
 
 void ExplicitContacts::look_again(const ExplicitBody& body, std::size_t k) {
   for (const std::uint32_t i : contacts_[k].around) {
-    Vec3 at = body.body().nodes[i];
+    Vec3 at = vertex(skin_->rest(), i);
     for (const auto& [j, weight] : skin_->vertex_weights(i)) at += weight * body.u.at(j);
     Eigen::Map<Vec3>(skin_positions_.data() + 3 * std::size_t{i}) = at;
   }

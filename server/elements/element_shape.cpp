@@ -26,7 +26,7 @@ Mat38 slopes_at(const Vec3& xi) {
 }  // namespace
 
 template <>
-TetraShape::ElementShape(const Mat34& rest, double) {
+TetraShape::ElementShape(const Mat34& rest, double, double share) {
   const Mat3 edges = rest.rightCols<3>().colwise() - rest.col(0);
   if (rest.col(3) == rest.col(0)) {
     const Eigen::Matrix<double, 3, 2> sides = edges.leftCols<2>();
@@ -38,10 +38,11 @@ TetraShape::ElementShape(const Mat34& rest, double) {
     volume_m3 = edges.determinant() / 6;
   }
   b.col(0) = -b.rightCols<3>().rowwise().sum();
+  volume_m3 *= share;
 }
 
 template <>
-HexaShape::ElementShape(const Mat38& rest, double young_pa) : b(Mat38::Zero()) {
+HexaShape::ElementShape(const Mat38& rest, double young_pa, double share) : b(Mat38::Zero()) {
   for (int point = 0; point < 8; ++point) {  // two-point Gauss rule, exact: det dX/dxi is quadratic in each xi
     const Mat38 d = slopes_at(corner(point) / std::sqrt(3.0));
     const Mat3 jacobian = rest * d.transpose();
@@ -51,6 +52,7 @@ HexaShape::ElementShape(const Mat38& rest, double young_pa) : b(Mat38::Zero()) {
   }
   assert(volume_m3 > 0);
   b /= volume_m3;
+  volume_m3 *= share;
   for (int a = 0; a < kModes; ++a) {
     Vec8 h;
     for (int i = 0; i < 8; ++i) h[i] = mode(a, corner(i));

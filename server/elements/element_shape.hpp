@@ -49,8 +49,9 @@ struct ElementShape {
   using Gradient = Eigen::Matrix<double, 3, kColumns>;  ///< (F, q), or its stress or rate
   using Cell = std::conditional_t<Modes == 0, Tetrahedron, Hexahedron>;
 
-  /// Requires rest positions that span a positive volume, or an area if the last of a tetrahedron's equals the first.
-  explicit ElementShape(const Positions& rest, double young_pa = 0);
+  /// Requires rest positions that span a positive volume, or an area if the last of a tetrahedron's equals the first. V and k_a
+  /// are multiplied by `share`, which is that of a cut element's material that is there.
+  explicit ElementShape(const Positions& rest, double young_pa = 0, double share = 1);
   Gradient gradient(const Positions& x) const {
     const Positions from_first = x.colwise() - Vec3(x.col(0));
     Gradient sum;

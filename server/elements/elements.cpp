@@ -19,12 +19,13 @@ template <class Shape>
 using ShapeKey = std::array<std::int64_t, 3 * Shape::kNodes + 1>;
 
 template <class Shape>
-ShapeKey<Shape> key_of(const typename Shape::Positions& rest, std::uint32_t material) {
+ShapeKey<Shape> key_of(const typename Shape::Positions& rest, std::uint32_t material, double share) {
   constexpr double kAlike = 1e-9;
   const double size = (rest.colwise() - Vec3(rest.col(0))).colwise().norm().maxCoeff();
   // The size is rounded, so that two similar shapes use the same unit.
   const double unit = kAlike * std::exp2(std::round(4 * std::log2(size)) / 4);
   ShapeKey<Shape> key{};
+  key.front() = std::llround(share / kAlike);  // the first node's place is always the same
   for (int i = 1; i < Shape::kNodes; ++i)
     for (int r = 0; r < 3; ++r) key[static_cast<std::size_t>(3 * i + r)] = std::llround((rest(r, i) - rest(r, 0)) / unit);
   key.back() = material;
@@ -69,13 +70,15 @@ void Elements<Shape>::find_shapes() {
     of_shape_.assign(cells_.size(), 1);
   } else {
     std::map<ShapeKey<Shape>, std::uint32_t> known;
-    for (Cell& cell : cells_) {
+    for (std::size_t k = 0; k < cells_.size(); ++k) {
+      Cell& cell = cells_[k];
+      const double share = cells_of(*body_, static_cast<const Shape*>(nullptr))[k].share;
       typename Shape::Positions rest;
       for (int i = 0; i < Shape::kNodes; ++i) rest.col(i) = body_->nodes[cell.nodes[static_cast<std::size_t>(i)]];
       const auto [shape, fresh] =
-          known.try_emplace(key_of<Shape>(rest, cell.material), static_cast<std::uint32_t>(shapes.size()));
+          known.try_emplace(key_of<Shape>(rest, cell.material, share), static_cast<std::uint32_t>(shapes.size()));
       if (fresh) {
-        shapes.emplace_back(rest, body_->materials[cell.material].young_pa);
+        shapes.emplace_back(rest, body_->materials[cell.material].young_pa, share);
         of_shape_.push_back(0);
       }
       cell.shape = shape->second;

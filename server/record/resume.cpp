@@ -13,10 +13,10 @@ void check(const RecordingHead& head, const std::string& where, const std::strin
     throw InputError(where, "is a station's recording", "one of a room, made by palpate-server");
   if (head.name != room)
     throw InputError(where, fmt::format("is of room \"{}\"", head.name), fmt::format("of room \"{}\"", room));
-  const std::size_t nodes = scene.body.nodes.size();
-  if (head.surface.body_vertices != nodes)
+  const std::size_t vertices = scene.body.vertices();
+  if (head.surface.body_vertices != vertices)
     throw InputError(where, fmt::format("is of a body of {} vertices", head.surface.body_vertices),
-                     fmt::format("the {} of scene \"{}\"; move the file away to begin at rest", nodes, scene.name));
+                     fmt::format("the {} of scene \"{}\"; move the file away to begin at rest", vertices, scene.name));
   if (head.surface.mesh_hash != facts_of(scene, Vec3::Zero()).mesh_hash)
     throw InputError(where, "is of a body with another surface",
                      fmt::format("that of scene \"{}\"; move the file away to begin at rest", scene.name));
@@ -33,8 +33,8 @@ std::optional<ResumePoint> newest_checkpoint(const RecordingReader& recording, c
     if (!block || block->checkpoints.empty()) continue;
     const RecordedCheckpoint& newest = block->checkpoints.back();
     if (newest.positions.size() != scene.body.nodes.size())
-      throw InputError(where, fmt::format("its newest checkpoint has {} vertices", newest.positions.size()),
-                       fmt::format("the {} of its head", scene.body.nodes.size()));
+      throw InputError(where, fmt::format("its newest checkpoint has {} nodes", newest.positions.size()),
+                       fmt::format("the {} of its scene", scene.body.nodes.size()));
     return ResumePoint{newest, head.unix_time + (newest.t - head.clock_time)};
   }
   return std::nullopt;

@@ -23,7 +23,7 @@ std::uint32_t bytes_of(const StationFrame& frame) {
   return static_cast<std::uint32_t>(bytes);
 }
 
-constexpr double kVertexStateBytes = 24;  ///< position and velocity
+constexpr double kNodeStateBytes = 24;  ///< position and velocity
 constexpr double kStressNumberBytes = sizeof(std::int16_t),
                  kStressBytes = sizeof(float);  ///< per number; per element in addition
 
@@ -31,7 +31,7 @@ constexpr double kStressNumberBytes = sizeof(std::int16_t),
 
 RoomRecorder::RoomRecorder(const RecordingHead& head) : writer_(head) {
   if (head.shapes_hz > 0) shape_every_ = from_seconds(1 / head.shapes_hz);
-  expect_checkpoints_of(kVertexStateBytes * head.surface.body_vertices);
+  expect_checkpoints_of(kNodeStateBytes * head.surface.body_nodes);
 }
 
 void RoomRecorder::expect_checkpoints_of(double bytes) {
@@ -99,7 +99,7 @@ void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& c
   }
   if (state.history) {
     checkpoint.relaxed = side_by_side(*state.history);
-    expect_checkpoints_of(kVertexStateBytes * nodes + kStressNumberBytes * static_cast<double>(checkpoint.relaxed.size()) +
+    expect_checkpoints_of(kNodeStateBytes * nodes + kStressNumberBytes * static_cast<double>(checkpoint.relaxed.size()) +
                           kStressBytes * static_cast<double>(checkpoint.relaxed.cols()));
   }
   writer_.add(checkpoint);
@@ -149,9 +149,13 @@ void RoomRecorder::tick(const ServerCore& core, Micros now) {
 
 RecordedSurface recorded_surface(const Scene& scene) {
   const LumpedBody& body = scene.body;
-  RecordedSurface surface = recorded_surface(body.nodes, body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
-  for (std::uint32_t k = 0; k < surface.nodes.size(); ++k)
-    if (surface.nodes[k] < body.fixed.size() && body.fixed[surface.nodes[k]] != 0) surface.fixed.push_back(k);
+  RecordedSurface surface = recorded_surface(vertices_at_rest(body), body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
+  surface.body_nodes = static_cast<std::uint32_t>(body.nodes.size());
+  for (std::uint32_t k = 0; k < surface.nodes.size(); ++k) {
+    const std::uint32_t vertex = surface.nodes[k];
+    if (body.is_fixed(vertex)) surface.fixed.push_back(k);
+    if (!body.is_node(vertex) && body.embedded[vertex - body.nodes.size()].is_wall) surface.walls.push_back(k);
+  }
   return surface;
 }
 

@@ -63,6 +63,15 @@ std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state,
   return values;
 }
 
+std::vector<float> at_vertices(const LumpedBody& body, std::vector<float> of_nodes) {
+  for (const EmbeddedVertex& vertex : body.embedded) {
+    double sum = 0;
+    for (const auto& [node, weight] : vertex.weights) sum += weight * static_cast<double>(of_nodes[node]);
+    of_nodes.push_back(static_cast<float>(sum));
+  }
+  return of_nodes;
+}
+
 void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support) {
   assert(support.size() == positions.size());
   constexpr double kSamePointM = 1e-9;  // a patch's vertices are the body's own, up to rounding

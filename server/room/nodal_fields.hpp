@@ -24,6 +24,9 @@ std::vector<float> element_tension(const LumpedBody& body, const Vector& x);
 std::vector<float> nodal_field(const Dynamics& dynamics, const BodyState& state, ShapeChannel field);
 inline constexpr double kVolumeRatioLeast = 0.1;  ///< lower bound of J: sigma of a flat element is unbounded
 
+/// Adds to the values at nodes those at the other vertices: the means of their nodes', by weight.
+std::vector<float> at_vertices(const LumpedBody& body, std::vector<float> of_nodes);
+
 /// Raises `support` at the body's vertices that are in the patch's local surface: to 1 at the vertex that its modes move most,
 /// elsewhere in proportion to the length of the port rows. `positions`: of all vertices in the frame of the patch.
 void add_support(const Patch& patch, std::span<const Vec3> positions, std::vector<float>& support);

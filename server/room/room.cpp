@@ -74,11 +74,12 @@ FrameResult Room::simulate(const FrameJob& job) {
   result.asleep = body.asleep();
   if (job.shapes) {
     const std::vector<double> x = body.skin().place(body.state().x);
-    for (std::uint32_t i = 0; i < body.dynamics().nodes(); ++i) result.positions.emplace_back(vertex(x, i));
+    for (std::uint32_t i = 0; 3 * std::size_t{i} < x.size(); ++i) result.positions.emplace_back(vertex(x, i));
   }
   if (job.state) result.state = body.state();
   for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain, ShapeChannel::pressure})
-    if (job.asks_for(which)) result.fields[index_of(which)] = nodal_field(body.dynamics(), body.state(), which);
+    if (job.asks_for(which))
+      result.fields[index_of(which)] = at_vertices(body.scene().body, nodal_field(body.dynamics(), body.state(), which));
   return result;
 }
 

@@ -34,12 +34,23 @@ double mean_edge_m(const LumpedBody& body) {
 std::size_t own_nodes(const LumpedBody& body) {
   std::size_t own = 0;
   const auto count = [&](const auto& nodes) {
-    for (const std::uint32_t node : nodes) own = std::max<std::size_t>(own, node + 1);
+    for (const std::uint32_t node : nodes)
+      if (body.is_node(node)) own = std::max<std::size_t>(own, node + 1);
   };
   for (const Triangle& t : body.triangles) count(t);
   for (const Tetrahedron& t : body.tetrahedra) count(t.nodes);
   for (const Hexahedron& h : body.hexahedra) count(h.nodes);
   return own > 0 ? own : body.nodes.size();
+}
+
+std::vector<Vec3> vertices_at_rest(const LumpedBody& body) {
+  std::vector<Vec3> vertices = body.nodes;
+  for (const EmbeddedVertex& vertex : body.embedded) {
+    Vec3 sum = Vec3::Zero();
+    for (const auto& [node, weight] : vertex.weights) sum += weight * body.nodes[node];
+    vertices.push_back(sum);
+  }
+  return vertices;
 }
 
 }  // namespace palpate

@@ -57,7 +57,7 @@ Vec3 centre_of(const Hexahedron& cell, std::span<const Vec3> x) {
 
 std::vector<double> lumped_masses(std::span<const Hexahedron> cells, std::span<const Vec3> x, double density_kg_m3) {
   std::vector<double> masses(x.size(), 0);
-  for (const Hexahedron& cell : cells) add_volumes(cell, x, density_kg_m3, masses);
+  for (const Hexahedron& cell : cells) add_volumes(cell, x, cell.share * density_kg_m3, masses);
   return masses;
 }
 

@@ -14,8 +14,8 @@ std::vector<Hexahedron> cells_as_hexahedra(const CellSet& cells, const Grid& gri
 
 Vec3 centre_of(const Hexahedron& cell, std::span<const Vec3> x);
 
-/// Lumped masses of the nodes: each hexahedron adds to each of its nodes the density times the integral of the node's trilinear
-/// shape function.
+/// Lumped masses of the nodes: each hexahedron adds to each of its nodes its share of the density times the integral of the
+/// node's trilinear shape function.
 std::vector<double> lumped_masses(std::span<const Hexahedron> cells, std::span<const Vec3> x, double density_kg_m3);
 
 }  // namespace palpate

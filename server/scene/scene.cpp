@@ -2,6 +2,7 @@
 
 #include "common/json/json.hpp"
 #include "server/scene/capsule.hpp"
+#include "server/scene/cuts.hpp"
 #include "server/scene/lattice.hpp"
 #include "server/scene/ligaments.hpp"
 #include "server/scene/lump.hpp"
@@ -55,6 +56,12 @@ void place_tool(const LatticeBody& lattice, const SceneSettings& settings, const
   if (lattice.body.fixed[tool.node]) text.refuse("tool.node", node + " is fixed", "a node that can move");
 }
 
+void cut_out(Scene& scene, const SceneSettings& settings, const SceneText& text) {
+  const std::vector<std::uint32_t> number = cut_body(scene.body, settings.cuts, text);
+  scene.tool.node = settings.tool_node ? number[scene.tool.node] : middle_of_top(scene.body);
+  if (scene.tool.node == kNoNode) text.refuse("tool.node", "tool.node is in a piece that the cuts take off", "another node");
+}
+
 Scene build(const SceneText& text) {
   const SceneSettings settings = read_settings(text);
   Scene scene;
@@ -75,6 +82,7 @@ Scene build(const SceneText& text) {
   const std::optional<SolidSettings>& solid = settings.mesh ? settings.mesh->solid : settings.lattice.solid;
   if (solid && solid->capsule) add_capsule(scene.body, *solid->capsule);
   add_ligaments(scene.body, settings.ligaments, text);
+  if (!settings.cuts.empty()) cut_out(scene, settings, text);
   scene.body.is_loaded = settings.is_loaded;
   scene.body.tissue = settings.tissue;
   return scene;

@@ -46,6 +46,7 @@ struct SolidMaterial {
 struct Tetrahedron {
   std::array<std::uint32_t, 4> nodes{};
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
+  double share = 1;            ///< share of its stiffness, damping and mass that is there (cell_copies.hpp)
 
   bool is_triangle() const { return nodes[3] == nodes[0]; }
   std::size_t corners() const { return is_triangle() ? 3 : 4; }
@@ -56,6 +57,7 @@ struct Tetrahedron {
 struct Hexahedron {
   std::array<std::uint32_t, 8> nodes{};
   std::uint32_t material = 0;  ///< index into LumpedBody::materials
+  double share = 1;            ///< as that of a tetrahedron
 };
 
 /// Element type of the cells of a solid.
@@ -71,9 +73,15 @@ struct TissueLayer {
 /// Layers, with one for what lies behind the body (common/patch/needle.hpp).
 inline constexpr std::size_t kMaxTissueLayers = 3;
 
+/// A vertex of the surface of a cut body that is no node (cut_walls.hpp): the mean of nodes of one element, by weight.
+struct EmbeddedVertex {
+  std::vector<std::pair<std::uint32_t, double>> weights;  ///< (node, weight), ascending, of sum 1
+  bool is_wall = false;                                   ///< true: it lay inside the body before the cut
+};
+
 /// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, and held by ligaments:
-/// springs to fixed nodes that belong to nothing else. Surface vertices are nodes, so a surface point is a weighted sum of node
-/// positions.
+/// springs to fixed nodes that belong to nothing else. Vertices of the surface are the nodes, and after them those embedded in
+/// elements, so a surface point is a weighted sum of node positions.
 struct LumpedBody {
   bool planar = false;      ///< 2-D lattice: no motion or force along z
   std::vector<Vec3> nodes;  ///< rest positions [m]
@@ -85,7 +93,8 @@ struct LumpedBody {
   std::vector<SolidMaterial> materials;  ///< for fast motions; young_pa of a membrane is Young's modulus times thickness [N/m]
   std::vector<PronyBranch> relaxation;   ///< relaxation of all elements with a volume (server/body/relaxation.hpp)
   double mass_damping_1_s = 0;           ///< finite elements: a force -c m v on every node (mass-proportional Rayleigh damping)
-  std::vector<Triangle> triangles;       ///< closed outer surface over nodes, counter-clockwise outward; empty for planar bodies
+  std::vector<Triangle> triangles;       ///< closed outer surface over vertices, counter-clockwise outward; none of planar bodies
+  std::vector<EmbeddedVertex> embedded;  ///< vertices from nodes.size() on
   SpringLaw law = SpringLaw::linear;
   double stiffening = 0;
   Vec3 gravity_m_s2 = Vec3::Zero();
@@ -94,6 +103,10 @@ struct LumpedBody {
   bool is_loaded = false;           ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
+  std::size_t vertices() const { return nodes.size() + embedded.size(); }
+  bool is_node(std::uint32_t vertex) const { return vertex < nodes.size(); }
+  /// Vertices that are no nodes are not fixed.
+  bool is_fixed(std::uint32_t vertex) const { return vertex < fixed.size() && fixed[vertex] != 0; }
 };
 
 /// Every pair of nodes joined by an element, once: those of springs in their order, then those of finite elements, ascending.
@@ -102,6 +115,14 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& 
 double mean_edge_m(const LumpedBody& body);
 /// Number of nodes without the fixed ends of ligaments, which come last.
 std::size_t own_nodes(const LumpedBody& body);
+/// Calls f(node) for a vertex that is a node, or for the nodes of one that is not.
+template <class F>
+void each_node_of(const LumpedBody& body, std::uint32_t vertex, F&& f) {
+  if (body.is_node(vertex)) return f(vertex);
+  for (const auto& [node, weight] : body.embedded[vertex - body.nodes.size()].weights) f(node);
+}
+/// Rest positions of all vertices.
+std::vector<Vec3> vertices_at_rest(const LumpedBody& body);
 
 /// A straight needle along the z axis of the tool's frame, its tip at the tool point.
 struct NeedleSpec {

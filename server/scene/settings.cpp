@@ -302,6 +302,39 @@ void read_ligaments(const SceneText& text, const schema::BodyT& body, SceneSetti
   }
 }
 
+void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
+  constexpr std::size_t kMostCuts = 64, kMostPlaces = 256;
+  constexpr double kLeastAngle = 1e-3;  // between the path and the edge
+  const std::string cuts = "body.cuts";
+  if (body.cuts.size() > kMostCuts)
+    text.refuse(cuts, cuts + " has " + std::to_string(body.cuts.size()) + " cuts", "at most " + std::to_string(kMostCuts));
+  const std::optional<SolidSettings>& solid = out.mesh ? out.mesh->solid : out.lattice.solid;
+  for (std::size_t i = 0; i < body.cuts.size(); ++i) {
+    const auto& in = *body.cuts[i];
+    const std::string path = at(cuts, i);
+    if (!solid) text.refuse(path, path + " is given for springs", "a solid for it: finite elements");
+    if (solid->capsule) text.refuse(path, path + " is given for a body with a capsule", "a body without one for it");
+    if (in.path.size() < 2 || in.path.size() > kMostPlaces)
+      text.refuse(path + ".path", path + ".path has " + std::to_string(in.path.size()) + " points",
+                  "2 to " + std::to_string(kMostPlaces));
+    CutSettings cut;
+    cut.path_m = places(text, path + ".path", in.path);
+    cut.direction = vector(text, path + ".direction", in.direction, -1e6, 1e6, "");
+    if (!(cut.direction.norm() > 1e-9))
+      text.refuse(path + ".direction", path + ".direction has no length", "a vector of any length");
+    cut.direction.normalize();
+    cut.depth_m = required(text, path + ".depth_m", in.depth_m, kMinSizeM, kMaxSizeM, "m");
+    for (std::size_t k = 0; k + 1 < cut.path_m.size(); ++k) {
+      const Vec3 along = cut.path_m[k + 1] - cut.path_m[k];
+      if (!(along.cross(cut.direction).norm() > kLeastAngle * along.norm()))
+        text.refuse(at(path + ".path", k + 1),
+                    at(path + ".path", k + 1) + " lies along " + path + ".direction from the point before, or on it",
+                    "a path across the direction");
+    }
+    out.cuts.push_back(std::move(cut));
+  }
+}
+
 }  // namespace
 
 /// Same rule as on the wire, as names go into logs and onto screens.
@@ -328,6 +361,7 @@ SceneSettings read_settings(const SceneText& text) {
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   out.lump = read_lump(text, out.lattice.planar);
+  read_cuts(text, *in.body, out);
   out.task = read_task_settings(text, out.lump);
   return out;
 }

@@ -112,6 +112,13 @@ struct LumpSettings {
   double radius_m = 0, stiffness_ratio = 1;
 };
 
+/// The edge of a blade of this length that moves along a line (cuts.hpp).
+struct CutSettings {
+  std::vector<Vec3> path_m;
+  Vec3 direction = Vec3::Zero();  ///< of length 1, from the path to the end of the edge
+  double depth_m = 0;
+};
+
 /// A training task as the scene file states it: one of these goals.
 struct FindSettings {
   double within_m = 0;
@@ -137,6 +144,7 @@ struct SceneSettings {
   double step_ms = 10;                          ///< step of the solver
   IntegratorKind integrator = IntegratorKind::automatic;
   std::optional<LumpSettings> lump = {};
+  std::vector<CutSettings> cuts = {};
   std::optional<TaskSettings> task = {};
 };
 

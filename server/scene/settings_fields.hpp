@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,15 @@ inline Vec3 vector(const SceneText& text, const std::string& path, const std::ve
   if (values.size() != 3) text.refuse(path, "a list of 3 numbers [x, y, z]");
   for (std::size_t i = 0; i < 3; ++i) text.in_range(at(path, i), values[i], low, high, unit);
   return Vec3(values[0], values[1], values[2]);
+}
+
+/// Returns the places of a list at `path`.
+inline std::vector<Vec3> places(const SceneText& text, const std::string& path,
+                                const std::vector<std::unique_ptr<schema::PlaceT>>& in) {
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < in.size(); ++i)
+    out.push_back(vector(text, at(path, i) + ".at_m", in[i]->at_m, -kMaxCoordinateM, kMaxCoordinateM, "m"));
+  return out;
 }
 
 /// Returns the index of `value` in `names`, or throws an error that lists them.

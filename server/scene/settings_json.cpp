@@ -17,6 +17,14 @@ Json list(const Values& values, std::ptrdiff_t n) {
 
 Json list(const Vec3& v) { return list(v, 3); }
 
+void add_places(Json& out, const std::vector<Vec3>& places) {
+  for (const Vec3& at : places) {
+    Json item = Json::object();
+    item.add("at_m", list(at));
+    out.items.push_back(std::move(item));
+  }
+}
+
 void add_mesh_file(Json& out, const MeshSettings& mesh) {
   out.add("file", Json::string(mesh.file));
   out.add("scale", Json::number(mesh.scale));
@@ -199,12 +207,7 @@ Json to_json(const PressTask& press) {
 }
 Json to_json(const TraceSettings& trace) {
   Json out = Json::object();
-  Json& line = out.add("line", Json::array());
-  for (const Vec3& at : trace.line_m) {
-    Json point = Json::object();
-    point.add("at_m", list(at));
-    line.items.push_back(std::move(point));
-  }
+  add_places(out.add("line", Json::array()), trace.line_m);
   out.add("tolerance_m", Json::number(trace.tolerance_m));
   return out;
 }
@@ -238,6 +241,16 @@ Json to_json(const SceneSettings& settings) {
   }
   body.add("reference_configuration", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
   if (settings.lump) body.add("lump", to_json(*settings.lump));
+  if (!settings.cuts.empty()) {
+    Json& cuts = body.add("cuts", Json::array());
+    for (const CutSettings& cut : settings.cuts) {
+      Json item = Json::object();
+      add_places(item.add("path", Json::array()), cut.path_m);
+      item.add("direction", list(cut.direction));
+      item.add("depth_m", Json::number(cut.depth_m));
+      cuts.items.push_back(std::move(item));
+    }
+  }
   if (!settings.tissue.empty()) {
     Json& tissue = body.add("tissue", Json::array());
     for (const TissueLayer& layer : settings.tissue) {

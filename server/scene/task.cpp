@@ -29,8 +29,7 @@ TraceSettings read_trace(const SceneText& text, const schema::TraceT& in) {
   TraceSettings trace;
   if (in.line.size() < 2 || in.line.size() > kMostStatedPoints)
     text.refuse(kLine, fmt::format("{} has {} points", kLine, in.line.size()), fmt::format("2 to {}", kMostStatedPoints));
-  for (std::size_t i = 0; i < in.line.size(); ++i)
-    trace.line_m.push_back(vector(text, at(kLine, i) + ".at_m", in.line[i]->at_m, -kMaxCoordinateM, kMaxCoordinateM, "m"));
+  trace.line_m = places(text, kLine, in.line);
   text.in_range(kTask + ".trace.tolerance_m", in.tolerance_m, 1e-4, kMaxToleranceM, "m");
   trace.tolerance_m = in.tolerance_m;
   return trace;

@@ -188,7 +188,7 @@ std::vector<Triangle> outer_faces(std::span<const Tetrahedron> cells) {
 std::vector<double> lumped_masses(std::span<const Tetrahedron> cells, std::span<const Vec3> x, double density_kg_m3) {
   std::vector<double> masses(x.size(), 0);
   for (const Tetrahedron& t : cells)
-    for (const std::uint32_t node : t.nodes) masses[node] += 0.25 * density_kg_m3 * volume_of(t, x);
+    for (const std::uint32_t node : t.nodes) masses[node] += 0.25 * t.share * density_kg_m3 * volume_of(t, x);
   return masses;
 }
 

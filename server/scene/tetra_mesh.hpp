@@ -38,7 +38,7 @@ double quality_of(const Tetrahedron& cell, std::span<const Vec3> x);
 /// Faces that belong to one tetrahedron only, counter-clockwise seen from outside.
 std::vector<Triangle> outer_faces(std::span<const Tetrahedron> cells);
 
-/// Lumped masses of the nodes: each tetrahedron adds a quarter of its mass to each of its nodes.
+/// Lumped masses of the nodes: each tetrahedron adds a quarter of its mass, by its share, to each of its nodes.
 std::vector<double> lumped_masses(std::span<const Tetrahedron> cells, std::span<const Vec3> x, double density_kg_m3);
 
 inline constexpr double kMinQuality = 0.02;     ///< at most kMostFlat of the tetrahedra may be flatter, or a mesh is refused

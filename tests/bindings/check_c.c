@@ -62,7 +62,7 @@ static palpate_body* press(const char* scene_file, const char* folder) {
   const double* rest;
   const uint32_t* triangles;
   size_t nodes, faces;
-  EXPECT(palpate_scene_nodes(scene, &rest, &nodes) == PALPATE_OK && nodes > 100);
+  EXPECT(palpate_scene_vertices(scene, &rest, &nodes) == PALPATE_OK && nodes > 100);
   EXPECT(palpate_scene_triangles(scene, &triangles, &faces) == PALPATE_OK && faces > 100);
   for (size_t k = 0; k < 3 * faces; ++k) EXPECT(triangles[k] < nodes);
   palpate_scene_free(scene);
@@ -109,7 +109,8 @@ static void errors(palpate_body* body, const char* scene_file) {
          strstr(palpate_error(), "/no/such/scene.json"));
   EXPECT(palpate_scene_open(NULL, &scene) == PALPATE_BAD_INPUT &&
          strcmp(palpate_error(), "file: is null; expected a pointer") == 0);
-  EXPECT(palpate_scene_open(scene_file, NULL) == PALPATE_BAD_INPUT && palpate_scene_nodes(NULL, NULL, NULL) == PALPATE_BAD_INPUT);
+  EXPECT(palpate_scene_open(scene_file, NULL) == PALPATE_BAD_INPUT &&
+         palpate_scene_vertices(NULL, NULL, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_new(NULL, NULL) == PALPATE_BAD_INPUT && palpate_player_new(NULL, 1, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_client_join(NULL, NULL) == PALPATE_BAD_INPUT && palpate_viewer_join(NULL, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_client_tick(NULL, NULL, NULL) == PALPATE_BAD_INPUT &&

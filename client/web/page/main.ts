@@ -97,7 +97,7 @@ function takeText(message: TextMessage): void {
 function takeHello(hello: Hello): void {
   if (palette.length === 0) marks = new Marks(hello.stations);
   palette = hello.palette;
-  scene.setPalette(hello.palette, hello.held);
+  scene.setPalette(hello.palette, hello.held, hello.wall);
   element("program").textContent = hello.program;
   recording = hello.recording ?? null;
   document.body.classList.toggle("replayed", recording !== null);

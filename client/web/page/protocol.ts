@@ -13,7 +13,7 @@ export interface Mesh {
   version: number;
   unit: number; // [m] of a step of displacement
   rest: Float32Array; // x y z of each vertex [m]
-  held: Uint8Array; // 1: the vertex never moves
+  marks: Uint8Array; // 1: the vertex never moves; 2: it is on the wall of a cut
   triangles: Uint32Array;
 }
 
@@ -94,6 +94,7 @@ export interface Hello {
   palette: string[];
   stations: string[];
   held: string;
+  wall: string;
   recording?: Recording;
 }
 
@@ -184,11 +185,11 @@ export function readBinary(bytes: ArrayBuffer): { mesh: Mesh } | { shape: Shape 
     const triangles = from.u32();
     const rest = new Float32Array(3 * vertices);
     for (let i = 0; i < rest.length; ++i) rest[i] = from.f32();
-    const held = new Uint8Array(bytes.slice(from.at, from.at + vertices));
+    const marks = new Uint8Array(bytes.slice(from.at, from.at + vertices));
     from.at += vertices;
     const corners = new Uint32Array(3 * triangles);
     for (let i = 0; i < corners.length; ++i) corners[i] = from.u32();
-    return { mesh: { version, unit, rest, held, triangles: corners } };
+    return { mesh: { version, unit, rest, marks, triangles: corners } };
   }
   if (kind === 2) {
     const t = from.f64();

@@ -75,6 +75,7 @@ export class BodyScene {
   private colorMost = LEAST_LEGEND_M;
   private forcePeak = LEAST_FORCE_N;
   private held = new THREE.Color();
+  private wall = new THREE.Color();
   private dirty = true;
   private dark = false;
   private layout = "";
@@ -119,7 +120,7 @@ export class BodyScene {
     this.dirty = true;
   }
 
-  setPalette(colors: string[], held: string): void {
+  setPalette(colors: string[], held: string, wall: string): void {
     const texels = new Uint8Array(4 * colors.length);
     colors.forEach((css, i) => {
       const rgb = parseInt(css.slice(1), 16);
@@ -131,6 +132,7 @@ export class BodyScene {
     texture.needsUpdate = true;
     this.uniforms.palette.value = texture;
     this.held.set(held);
+    this.wall.set(wall);
     this.dirty = true;
   }
 
@@ -159,7 +161,7 @@ export class BodyScene {
     const fits = this.mesh === null || this.mesh.rest.length !== mesh.rest.length;
     this.mesh = mesh;
     this.moved = new Float32Array(mesh.rest.length);
-    const fine = (this.fine = new Refinement(mesh.held.length, mesh.triangles));
+    const fine = (this.fine = new Refinement(mesh.marks.length, mesh.triangles));
     const geometry = new THREE.BufferGeometry();
     geometry.setIndex(new THREE.BufferAttribute(fine.triangles, 1));
     const attribute = (name: string, size: number) => {
@@ -168,11 +170,11 @@ export class BodyScene {
       return made;
     };
     attribute("moved", 1);
-    const [position, normal, held] = [attribute("position", 3), attribute("normal", 3), attribute("held", 1)];
+    const [position, normal, kind] = [attribute("position", 3), attribute("normal", 3), attribute("kind", 1)];
     position.array.set(mesh.rest);
     fine.place(position.array as Float32Array, normal.array as Float32Array);
-    held.array.set(mesh.held);
-    fine.average(held.array as Float32Array);
+    mesh.marks.forEach((mark, v) => kind.setX(v, [0, 1, -1][mark]));
+    fine.average(kind.array as Float32Array);
     this.body = new THREE.Mesh(geometry, this.bodyMaterial());
     this.body.castShadow = this.body.receiveShadow = true;
     this.body.frustumCulled = false;
@@ -205,12 +207,13 @@ export class BodyScene {
       shader.uniforms.palette = this.uniforms.palette;
       shader.uniforms.most = this.uniforms.most;
       shader.uniforms.heldColor = { value: this.held };
+      shader.uniforms.wallColor = { value: this.wall };
       shader.vertexShader = shader.vertexShader
-        .replace("#include <common>", "#include <common>\nattribute float moved; attribute float held; varying float vMoved; varying float vHeld;")
-        .replace("#include <begin_vertex>", "#include <begin_vertex>\nvMoved = moved; vHeld = held;");
+        .replace("#include <common>", "#include <common>\nattribute float moved; attribute float kind; varying float vMoved; varying float vKind;")
+        .replace("#include <begin_vertex>", "#include <begin_vertex>\nvMoved = moved; vKind = kind;");
       shader.fragmentShader = shader.fragmentShader
         .replace("#include <common>", `#include <common>
-uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying float vMoved; varying float vHeld;`)
+uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform vec3 wallColor; varying float vMoved; varying float vKind;`)
         .replace("#include <color_fragment>", `#include <color_fragment>
 {
   float s = clamp(vMoved / most, 0.0, 1.0);
@@ -219,7 +222,7 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying f
   float apart = fwidth(level);
   float line = 1.0 - smoothstep(0.6, 1.4, abs(fract(level - 0.5) - 0.5) / max(apart, 1e-5));
   tint *= 1.0 - 0.38 * line * smoothstep(0.5, 0.8, level) * (1.0 - smoothstep(0.25, 0.5, apart));
-  diffuseColor.rgb = mix(tint, heldColor, smoothstep(0.35, 0.65, vHeld));
+  diffuseColor.rgb = mix(mix(tint, heldColor, smoothstep(0.35, 0.65, vKind)), wallColor, 0.8 * smoothstep(0.1, 0.3, -vKind));
 }`);
     };
     return material;
@@ -273,7 +276,7 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; varying f
     const normal = geometry.getAttribute("normal") as THREE.BufferAttribute;
     const at = position.array as Float32Array;
     for (let i = 0; i < this.moved.length; ++i) at[i] = this.mesh.rest[i] + this.moved[i];
-    for (let v = 0; v < this.mesh.held.length; ++v)
+    for (let v = 0; v < this.mesh.marks.length; ++v)
       moved.setX(v, Math.hypot(this.moved[3 * v], this.moved[3 * v + 1], this.moved[3 * v + 2]));
     this.fine!.place(at, normal.array as Float32Array);
     this.fine!.average(moved.array as Float32Array);

@@ -70,7 +70,7 @@ inline RoomInfo facts_of(const Body& body) {
   facts.scene = "demo";
   facts.nodes = static_cast<std::uint32_t>(body.rest.size());
   for (std::uint32_t i = 0; i < facts.nodes; ++i) {
-    facts.node_of.push_back(i);
+    facts.vertex_of.push_back(i);
     facts.mesh.vertices.push_back({body.rest[i].cast<double>().unaryExpr(&to_rest_step), body.rest[i].z() < 0.022F});
   }
   facts.mesh.triangles = body.triangles;

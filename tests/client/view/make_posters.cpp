@@ -36,15 +36,15 @@ constexpr Moment kMoments[] = {{"press", 0.95},
 std::vector<float> scalars_of(const RoomInfo& facts, const FrameResult& frame, ShapeChannel color) {
   std::vector<float> scalars;
   if (color == ShapeChannel::position) return scalars;
-  for (const std::uint32_t node : facts.node_of) scalars.push_back(frame.fields[index_of(color)][node]);
+  for (const std::uint32_t node : facts.vertex_of) scalars.push_back(frame.fields[index_of(color)][node]);
   return scalars;
 }
 
 void draw(const Moment& moment, const RoomInfo& facts, const FrameResult& frame, Scales& scales) {
   std::vector<Vec3f> rest, positions;
-  for (std::size_t v = 0; v < facts.node_of.size(); ++v) {
+  for (std::size_t v = 0; v < facts.vertex_of.size(); ++v) {
     rest.push_back(facts.mesh.vertices[v].rest.cast<float>());
-    positions.push_back(frame.positions[facts.node_of[v]].cast<float>());
+    positions.push_back(frame.positions[facts.vertex_of[v]].cast<float>());
   }
   const StationFrame& hand = frame.stations[0];
   const std::vector<ToolView> tools{{"hand", hand.tool, hand.force, hand.contact}};

@@ -120,7 +120,7 @@ struct Stroke {
     ViewMoment moment;
     REQUIRE(viewer.show(now + Micros{10'000'000}, moment));
     double worst = 0;
-    const auto& node_of = server.facts().node_of;
+    const auto& node_of = server.facts().vertex_of;
     for (std::size_t v = 0; v < node_of.size(); ++v) {
       const Vec3 rest = scene.body.nodes[node_of[v]];
       if ((rest - tool_at(t_s)).head<2>().norm() > radius_m) continue;

@@ -157,7 +157,7 @@ TEST_CASE("The topology has every vertex at rest, the held ones marked, and ever
   REQUIRE(bytes.next<std::uint32_t>() == body.rest.size());
   REQUIRE(bytes.next<std::uint32_t>() == body.triangles.size());
   for (const Vec3f& p : body.rest) REQUIRE(bytes.vector() == p);
-  for (const MeshVertex& v : facts.mesh.vertices) REQUIRE(bytes.next<std::uint8_t>() == (v.fixed ? 1 : 0));
+  for (const MeshVertex& v : facts.mesh.vertices) REQUIRE(bytes.next<std::uint8_t>() == mark_of(v));
   for (const Triangle& t : body.triangles)
     for (const std::uint32_t corner : t) REQUIRE(bytes.next<std::uint32_t>() == corner);
   CHECK(bytes.at == frame.size());

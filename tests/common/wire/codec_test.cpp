@@ -203,6 +203,9 @@ TEST_CASE("the largest pieces of a mesh and of a shape fit, and one more does no
   REQUIRE(vertices.size() == kMaxPieceVertices);
   CHECK(vertices.back().rest == mesh.vertices.back().rest);
   CHECK(vertices.back().fixed);
+  mesh.vertices.back() = {Vec3::Zero(), false, true};
+  CHECK(round_trip(mesh).vertices.back().wall);
+  CHECK_FALSE(round_trip(mesh).vertices.back().fixed);
   mesh.vertices.push_back({});
   CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
 

@@ -21,7 +21,7 @@ try {
   const { mesh } = readBinary(new Uint8Array(wanted.mesh).buffer);
   assert.equal(mesh.version, 7);
   assert.ok(near(mesh.unit, wanted.unit, 1e-12));
-  assert.deepEqual([...mesh.held], wanted.held);
+  assert.deepEqual([...mesh.marks], wanted.marks);
   assert.deepEqual([...mesh.triangles], wanted.triangles);
   assert.equal(mesh.rest.length, wanted.rest.length);
   assert.ok(mesh.rest.every((x, i) => near(x, wanted.rest[i], 1e-8)));

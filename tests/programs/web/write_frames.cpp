@@ -38,7 +38,7 @@ int main() {
   moment.shape.positions = body.positions;
   moment.shape.body_time = Micros{1'700'000'012'345'678};
   moment.tools = body.tools;
-  json tools = json::array(), held = json::array();
+  json tools = json::array(), marks = json::array();
   for (const ToolView& tool : body.tools) {
     json j{{"station", tool.station},
            {"contact", tool.contact},
@@ -49,7 +49,7 @@ int main() {
     if (tool.orientation) j["orientation"] = numbers_of(std::array{Eigen::Vector4d(tool.orientation->coeffs())});
     tools.push_back(std::move(j));
   }
-  for (const MeshVertex& vertex : facts.mesh.vertices) held.push_back(vertex.fixed ? 1 : 0);
+  for (const MeshVertex& vertex : facts.mesh.vertices) marks.push_back(mark_of(vertex));
   const json all{{"mesh", bytes_of(mesh_frame(facts.mesh, body.rest, 7, unit_m))},
                  {"shape", bytes_of(shape_frame(moment, body.rest, 7, unit_m))},
                  {"unit", unit_m},
@@ -57,7 +57,7 @@ int main() {
                  {"rest", numbers_of(body.rest)},
                  {"positions", numbers_of(body.positions)},
                  {"triangles", numbers_of(body.triangles)},
-                 {"held", held},
+                 {"marks", marks},
                  {"tools", tools}};
   return std::puts(all.dump().c_str()) < 0 ? 1 : 0;
 }

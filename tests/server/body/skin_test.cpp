@@ -21,6 +21,15 @@ TEST_CASE("The skin of a point is the surface itself", "[skin]") {
   REQUIRE(b.size() == 3);
 }
 
+TEST_CASE("A body without a surface is seen where its nodes are", "[skin]") {
+  const Scene sheet = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/sheet13.json");
+  const Dynamics dynamics(sheet.body);
+  const Skin skin(sheet.body);
+  REQUIRE(skin.empty());
+  const BodyState state = random_state(dynamics, 7, 0.004, 0);
+  CHECK(Eigen::Map<const Vector>(skin.place(state.x).data(), state.x.size()) == state.x);
+}
+
 TEST_CASE("The skin moves rigidly with the body, rests where the surface rests, and smooths what a single node does", "[skin]") {
   const LumpedBody body = box_body(5, 5, 5);
   const Dynamics dynamics(body);

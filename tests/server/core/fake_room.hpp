@@ -14,7 +14,7 @@ inline RoomInfo test_facts(ContactKind contact = ContactKind::touch) {
   facts.home = Vec3(0.01, 0.02, 0.03);
   facts.nodes = 400;
   for (std::uint32_t i = 0; i < facts.nodes; ++i) {
-    facts.node_of.push_back(i);
+    facts.vertex_of.push_back(i);
     facts.mesh.vertices.emplace_back();
   }
   for (std::uint32_t i = 0; i + 2 < facts.nodes; ++i) facts.mesh.triangles.push_back({i, i + 1, i + 2});

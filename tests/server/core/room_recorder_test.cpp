@@ -135,12 +135,12 @@ TEST_CASE("shapes are asked for at their own rate, and at no other frame", "[rec
 
 TEST_CASE("checkpoints come once a second, of a large body as often as 96 kB a second allow", "[record]") {
   struct Body {
-    std::uint32_t vertices;
+    std::uint32_t nodes;
     double every_s;
   };
   for (const Body& body : {Body{400, 1.0}, Body{4'000, 1.0}, Body{8'000, 2.0}, Body{40'000, 10.0}}) {
     RecordingHead head = RecordedBench::head();
-    head.surface.body_vertices = body.vertices;
+    head.surface.body_nodes = body.nodes;
     RoomRecorder recorder(head);
     constexpr double kRunS = 60;
     int asked = 0;
@@ -150,8 +150,8 @@ TEST_CASE("checkpoints come once a second, of a large body as often as 96 kB a s
       recorder.begin_frame(job, t);
       asked += job.state;
     }
-    INFO(body.vertices << " vertices");
+    INFO(body.nodes << " nodes");
     CHECK(asked == std::lround(kRunS / body.every_s));
-    CHECK(asked * 24.0 * body.vertices / kRunS <= RoomRecorder::kCheckpointBytesPerS);
+    CHECK(asked * 24.0 * body.nodes / kRunS <= RoomRecorder::kCheckpointBytesPerS);
   }
 }

@@ -217,7 +217,7 @@ TEST_CASE("a mesh hash tells one topology, one rest position and one fixed node 
   for (const auto& other : {turned, moved, fixed}) CHECK(facts.mesh_hash != facts_of(other, Vec3::Zero()).mesh_hash);
   CHECK(facts.nodes == 5);
   REQUIRE(facts.mesh.vertices.size() == 4);  // a vertex that no triangle uses is not shown
-  for (std::size_t v = 0; v < 4; ++v) CHECK(facts.mesh.vertices[v].rest == a.body.nodes[facts.node_of[v]]);
+  for (std::size_t v = 0; v < 4; ++v) CHECK(facts.mesh.vertices[v].rest == a.body.nodes[facts.vertex_of[v]]);
 }
 
 TEST_CASE("a viewer is told the room's task, soon and again every two seconds, and a hand is not") {
