@@ -128,7 +128,7 @@ std::optional<Patch> PaperPatches::reduce(const Reduced& body, const Room::Origi
     if (model_ == Model::balanced) {
       basis = restricted_basis(balanced_.touched(port.point), modes, dynamics_.masses(), *body.at.held);
     } else {
-      const Skin::Weights b = body.local->restricted(skin_.weights(port.point));
+      const NodeWeights b = body.local->restricted(skin_.weights(port.point));
       std::vector<Vector> inputs, fine;
       for (int axis = 0; axis < 3; ++axis) {
         scatter(b, Vec3::Unit(axis), inputs.emplace_back(Vector::Zero(body.at.masses().size())));

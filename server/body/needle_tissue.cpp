@@ -22,11 +22,11 @@ Vec3 NeedlePath::position(double depth_m, const Vector& x, Vec3& tau) const {
   return from + at.part * way;
 }
 
-Skin::Weights NeedlePath::weights(double depth_m) const {
+NodeWeights NeedlePath::weights(double depth_m) const {
   const PathPlace at = place_on_path(layers, depth_m);
   const auto j = static_cast<std::size_t>(at.j);
   const double part = std::min(at.part, 1.0);
-  Skin::Weights both;
+  NodeWeights both;
   for (const auto& [node, weight] : points[j].b) both.emplace_back(node, (1 - part) * weight);
   for (const auto& [node, weight] : points[j + 1].b) both.emplace_back(node, part * weight);
   return both;
@@ -44,7 +44,7 @@ NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin)
 
 NeedlePath::Point NeedleTissue::point(const Vec3& rest) const {
   double radius_m = radius_m_;
-  Skin::Weights near;
+  NodeWeights near;
   const auto collect = [&] {
     near.clear();
     for (std::uint32_t i = 0; i < nodes_; ++i) {

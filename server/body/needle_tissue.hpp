@@ -25,7 +25,7 @@ namespace palpate {
 /// A path in the body, of material points.
 struct NeedlePath {
   struct Point {
-    Skin::Weights b;
+    NodeWeights b;
     Vec3 offset = Vec3::Zero();  ///< x = offset + sum w_i x_i
     Vec3 position(const Vector& x) const { return offset + gather(b, x); }
   };
@@ -35,7 +35,7 @@ struct NeedlePath {
   /// Returns the position at a depth; `tau`: the derivative by the depth.
   Vec3 position(double depth_m, const Vector& x, Vec3& tau) const;
   /// Returns the weights at a depth; beyond the last point those of that one.
-  Skin::Weights weights(double depth_m) const;
+  NodeWeights weights(double depth_m) const;
 };
 
 class NeedleTissue {

@@ -30,19 +30,6 @@ std::vector<std::uint32_t> in_reach(const SurfaceView& surface, const std::vecto
   return vertices;
 }
 
-/// Returns the weights by ascending node, each node once.
-Skin::Weights merged(Skin::Weights of) {
-  std::sort(of.begin(), of.end());
-  Skin::Weights each;
-  for (const auto& [j, weight] : of) {
-    if (!each.empty() && each.back().first == j)
-      each.back().second += weight;
-    else if (weight > 0)
-      each.emplace_back(j, weight);
-  }
-  return each;
-}
-
 }  // namespace
 
 Skin::Skin(const LumpedBody& body, double radius_m)
@@ -100,15 +87,15 @@ double Skin::distance_at_least(const Vec3& point, const Vector& x) const {
   return box_.exteriorDistance(point) - moved_m;
 }
 
-Skin::Weights Skin::weights(const SurfacePoint& point) const {
-  Weights b;
+NodeWeights Skin::weights(const SurfacePoint& point) const {
+  NodeWeights b;
   const Triangle& t = view().triangles[point.triangle];
   for (std::size_t k = 0; k < 3; ++k)
     for (const auto& [j, weight] : smooth_[t[k]]) b.emplace_back(j, point.weight[static_cast<int>(k)] * weight);
   return merged(std::move(b));
 }
 
-Vec3 Skin::position(const SurfacePoint& point, const Weights& b, const Vector& x) const {
+Vec3 Skin::position(const SurfacePoint& point, const NodeWeights& b, const Vector& x) const {
   const Triangle& t = view().triangles[point.triangle];
   Vec3 p = Vec3::Zero();
   for (std::size_t k = 0; k < 3; ++k) p += point.weight[static_cast<int>(k)] * rest_[t[k]];
@@ -116,13 +103,13 @@ Vec3 Skin::position(const SurfacePoint& point, const Weights& b, const Vector& x
   return p;
 }
 
-Vec3 gather(const Skin::Weights& b, const Vector& y) {
+Vec3 gather(const NodeWeights& b, const Vector& y) {
   Vec3 sum = Vec3::Zero();
   for (const auto& [j, weight] : b) sum += weight * y.segment<3>(3 * static_cast<Eigen::Index>(j));
   return sum;
 }
 
-void scatter(const Skin::Weights& b, const Vec3& f, Vector& y) {
+void scatter(const NodeWeights& b, const Vec3& f, Vector& y) {
   for (const auto& [j, weight] : b) y.segment<3>(3 * static_cast<Eigen::Index>(j)) += weight * f;
 }
 

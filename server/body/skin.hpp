@@ -23,9 +23,6 @@ namespace palpate {
 
 class Skin {
  public:
-  /// B of one point, as (node, weight).
-  using Weights = std::vector<std::pair<std::uint32_t, double>>;
-
   /// An empty skin, without contact.
   Skin() = default;
   /// `body` must outlive the skin. A body without triangles has an empty skin.
@@ -40,13 +37,14 @@ class Skin {
   /// Returns a lower bound of the distance from a point to the skin [m]: that to the box around the rest positions, less the
   /// largest displacement. Takes much less time than the distance. Requires a skin that is not empty.
   double distance_at_least(const Vec3& point, const Vector& x) const;
-  Weights weights(const SurfacePoint& point) const;
+  /// Returns B of a point.
+  NodeWeights weights(const SurfacePoint& point) const;
   /// Returns the position of the point, with `b` = weights(point).
-  Vec3 position(const SurfacePoint& point, const Weights& b, const Vector& x) const;
+  Vec3 position(const SurfacePoint& point, const NodeWeights& b, const Vector& x) const;
   /// Returns the rest positions of the vertices.
   Positions rest() const { return {rest_.front().data(), 3 * rest_.size()}; }
   /// Returns the row of S for one vertex, over nodes.
-  const Weights& vertex_weights(std::uint32_t vertex) const { return smooth_[vertex]; }
+  const NodeWeights& vertex_weights(std::uint32_t vertex) const { return smooth_[vertex]; }
 
  private:
   const LumpedBody* body_ = nullptr;
@@ -54,12 +52,12 @@ class Skin {
   std::vector<Vec3> rest_;               // of all vertices
   std::vector<std::uint32_t> vertices_;  // those on the surface, ascending
   Eigen::AlignedBox3d box_;              // around their rest positions
-  std::vector<Weights> smooth_;          // per vertex; empty for those that are not on the surface
+  std::vector<NodeWeights> smooth_;      // per vertex; empty for those that are not on the surface
 };
 
 /// Returns B^T y for node vectors y (3 N): displacement, velocity or basis column at the point.
-Vec3 gather(const Skin::Weights& b, const Vector& y);
+Vec3 gather(const NodeWeights& b, const Vector& y);
 /// Computes y += B f.
-void scatter(const Skin::Weights& b, const Vec3& f, Vector& y);
+void scatter(const NodeWeights& b, const Vec3& f, Vector& y);
 
 }  // namespace palpate

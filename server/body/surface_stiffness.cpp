@@ -15,7 +15,7 @@ constexpr double kTolerance = 1e-6;
 
 struct Port {
   Vec3 place, outward;
-  Skin::Weights weights;
+  NodeWeights weights;
 };
 
 Port port_of(const Scene& scene, const Skin& skin, const Vector& x, const Vec3& tool) {

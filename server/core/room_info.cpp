@@ -82,8 +82,7 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   std::vector<std::uint32_t> place_of(rest.size(), kNone);
   for (const std::uint32_t vertex : facts.vertex_of) {
     place_of[vertex] = static_cast<std::uint32_t>(facts.mesh.vertices.size());
-    const bool is_wall = !body.is_node(vertex) && body.embedded[vertex - body.nodes.size()].is_wall;
-    facts.mesh.vertices.push_back({rest[vertex].unaryExpr(&to_rest_step), body.is_fixed(vertex), is_wall});
+    facts.mesh.vertices.push_back({rest[vertex].unaryExpr(&to_rest_step), body.is_fixed(vertex), body.is_wall(vertex)});
   }
   for (const Triangle& t : triangles) facts.mesh.triangles.push_back({place_of[t[0]], place_of[t[1]], place_of[t[2]]});
   facts.mesh_hash = mesh_hash(facts.mesh);

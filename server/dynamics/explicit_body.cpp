@@ -121,7 +121,7 @@ void ExplicitBody::let_rest(const NodeArrays& a, const std::vector<std::uint32_t
   }
 }
 
-void ExplicitBody::wake(const Skin::Weights& contact) {
+void ExplicitBody::wake(const NodeWeights& contact) {
   for (const auto& [node, weight] : contact) blocks_.wake(node / NodeArrays::kBlock);
   blocks_.renew();
 }

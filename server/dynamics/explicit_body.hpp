@@ -67,7 +67,7 @@ class ExplicitBody {
   /// included. For nodes that rest sets v and the arrays in `zero` to zero (`a` may be among them).
   void let_rest(const NodeArrays& a, const std::vector<std::uint32_t>& busy, double over_s, std::span<NodeArrays* const> zero);
   /// Wakes nodes that a contact pushes.
-  void wake(const Skin::Weights& contact);
+  void wake(const NodeWeights& contact);
   /// Wakes nodes that their neighbours pull out of balance, by `a`, and those within reach of them in a step of `evaluations`.
   void wake_disturbed(const NodeArrays& a, int evaluations);
   /// Returns the mean share of the springs that were evaluated since take().

@@ -16,7 +16,7 @@ namespace palpate {
 struct ExplicitContact {
   bool valid = false;
   SurfacePoint point;
-  Skin::Weights b;
+  NodeWeights b;
   std::vector<std::uint32_t> around;                 // vertices that are kept up to date
   Vec3 at_rest = Vec3::Zero();                       // p at zero displacement
   Vec3 tool = Vec3::Zero(), normal = Vec3::UnitZ();  // at the step's end; outward

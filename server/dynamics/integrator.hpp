@@ -87,7 +87,7 @@ class Integrator final : public Stepper {
     bool valid = false;
     ToolPort port;            // for which w was computed
     std::array<Vector, 3> w;  // columns of A^-1 B there
-    Skin::Weights b;          // of where the port is
+    NodeWeights b;            // of where the port is
   };
 
   bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);

@@ -11,9 +11,9 @@ namespace palpate {
 /// Returns the ports of a needle outside; `port`: what all have. `tissue` must outlive them.
 std::vector<ToolPort> needle_ports(const ToolPort& port, const NeedleTissue& tissue);
 /// Returns the weights of the point of the body at which a port pushes.
-Skin::Weights weights_of(const Skin& skin, const ToolPort& port);
+NodeWeights weights_of(const Skin& skin, const ToolPort& port);
 /// Returns its position, with `b` = weights_of(port).
-Vec3 position_of(const Skin& skin, const ToolPort& port, const Skin::Weights& b, const Vector& x);
+Vec3 position_of(const Skin& skin, const ToolPort& port, const NodeWeights& b, const Vector& x);
 /// Returns the point of a needle that is joined to that point; `tip`: the tool point.
 Vec3 joined_point(const ToolPort& port, const Vec3& tip);
 /// Returns the point of a tool at which it meets the body, with its sphere or its tip at `tool`; `normal`: of the surface.

@@ -75,7 +75,7 @@ class BodyOperator {
   /// Returns T V for all nodes.
   virtual Matrix of_nodes(const Matrix& v) const = 0;
   /// Returns T^T B for the B of a point on the skin.
-  virtual Skin::Weights restricted(const Skin::Weights& weights) const = 0;
+  virtual NodeWeights restricted(const NodeWeights& weights) const = 0;
 };
 
 class WholeBody final : public BodyOperator {
@@ -122,7 +122,7 @@ class WholeBody final : public BodyOperator {
     return v.middleRows<3>(3 * static_cast<Eigen::Index>(node));
   }
   Matrix of_nodes(const Matrix& v) const override { return v; }
-  Skin::Weights restricted(const Skin::Weights& weights) const override { return weights; }
+  NodeWeights restricted(const NodeWeights& weights) const override { return weights; }
 
   /// Returns true if P is cheap to factorise, for a small number of nodes.
   static bool factorises(const Dynamics& dynamics);

@@ -58,8 +58,8 @@ Vector LocalBody::restricted(const Vector& whole) const {
   return y;
 }
 
-Skin::Weights LocalBody::restricted(const Skin::Weights& whole) const {
-  Skin::Weights here;
+NodeWeights LocalBody::restricted(const NodeWeights& whole) const {
+  NodeWeights here;
   for (const auto& [node, weight] : whole)
     if (const std::uint32_t i = index(node); i < nodes.size()) here.emplace_back(i, weight);
   return here;

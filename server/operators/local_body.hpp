@@ -43,7 +43,7 @@ struct LocalBody {
   /// Returns the rows of a vector of the whole body (3 N).
   Vector restricted(const Vector& whole) const;
   /// Returns the weights of nodes that are here.
-  Skin::Weights restricted(const Skin::Weights& whole) const;
+  NodeWeights restricted(const NodeWeights& whole) const;
   BodyState restricted(const BodyState& whole) const { return {whole.time_s, restricted(whole.x), restricted(whole.v)}; }
 };
 

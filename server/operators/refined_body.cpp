@@ -186,8 +186,8 @@ Vector RefinedBody::displacement(const Vector& from, const Vector& to) const {
   return moved[0].cwiseQuotient(masses_);
 }
 
-Skin::Weights RefinedBody::restricted(const Skin::Weights& weights) const {
-  Skin::Weights to;
+NodeWeights RefinedBody::restricted(const NodeWeights& weights) const {
+  NodeWeights to;
   std::array<Share, FarField::kCorners> scratch;
   for (const auto& [node, weight] : weights)
     for (const Share& share : shares(node, scratch)) to.emplace_back(share.coordinate, weight * share.weight);

@@ -76,7 +76,7 @@ class RefinedBody final : public BodyOperator {
   Vector forces() const override { return loads_; }
   std::vector<Vector> fading() const override;
   Vector displacement(const Vector& from, const Vector& to) const override;
-  Skin::Weights restricted(const Skin::Weights& weights) const override;
+  NodeWeights restricted(const NodeWeights& weights) const override;
   /// Dependence of a node on a coordinate: its own, or a corner of its cell.
   struct Share {
     std::uint32_t coordinate = 0;

@@ -154,7 +154,7 @@ RecordedSurface recorded_surface(const Scene& scene) {
   for (std::uint32_t k = 0; k < surface.nodes.size(); ++k) {
     const std::uint32_t vertex = surface.nodes[k];
     if (body.is_fixed(vertex)) surface.fixed.push_back(k);
-    if (!body.is_node(vertex) && body.embedded[vertex - body.nodes.size()].is_wall) surface.walls.push_back(k);
+    if (body.is_wall(vertex)) surface.walls.push_back(k);
   }
   return surface;
 }

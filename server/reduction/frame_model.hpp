@@ -150,8 +150,8 @@ class BodyFrame {
   /// Returns the coordinate of a node that is held, or near a tool.
   std::uint32_t coordinate(std::uint32_t node) const { return body_->coordinate(node); }
   /// Returns B at a point of the skin, and at the point of the body at which a port pushes.
-  Skin::Weights weights(const SurfacePoint& point) const { return body_->restricted(frame_->skin().weights(point)); }
-  Skin::Weights weights(const ToolPort& port) const { return body_->restricted(weights_of(frame_->skin(), port)); }
+  NodeWeights weights(const SurfacePoint& point) const { return body_->restricted(frame_->skin().weights(point)); }
+  NodeWeights weights(const ToolPort& port) const { return body_->restricted(weights_of(frame_->skin(), port)); }
   /// Returns the displacements of the coordinates from the present state to those of the last frames, to the predicted states and
   /// to rest, in this order.
   const SnapshotSet& snapshots();

@@ -64,7 +64,7 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     piece.vertices[i].position = vertex(x, vertices[i]);
     piece.vertices[i].normal = is_whole(vertices[i]) ? Vec3(Vec3::Zero()) : vertex_normal(surface, x, vertices[i]);
-    const Skin::Weights& smooth = skin.vertex_weights(vertices[i]);
+    const NodeWeights& smooth = skin.vertex_weights(vertices[i]);
     piece.vertices[i].rows = smooth.front().second * rows(smooth.front().first);
     for (const auto& [node, weight] : std::span(smooth).subspan(1)) piece.vertices[i].rows += weight * rows(node);
   }

@@ -21,7 +21,7 @@ bool SharedSystem::prepare(const Linearisation& at, SystemKey key, double tolera
   return definite_ = solver_.prepare(at_, key_.shift_1_s, key_.clamp);
 }
 
-void SharedSystem::add_touch(std::size_t k, Skin::Weights b) {
+void SharedSystem::add_touch(std::size_t k, NodeWeights b) {
   Port& port = ports_[k];
   port.b = std::move(b);
   for (std::size_t axis = 0; axis < 3; ++axis) {

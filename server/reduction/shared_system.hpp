@@ -23,7 +23,7 @@
 namespace palpate {
 
 struct Port {
-  Skin::Weights b;                                    ///< touch: B
+  NodeWeights b;                                      ///< touch: B
   std::array<Vector, 3> k, d;                         ///< grasp: K_t and D_t, zero for held nodes
   Mat3 k_port = Mat3::Zero(), d_port = Mat3::Zero();  ///< grasp: K and D of its own node
   std::array<Vector, 3> input, response;              ///< U, X
@@ -50,7 +50,7 @@ class SharedSystem {
   bool is_definite() const { return definite_; }
 
   /// Adds a point of the surface, or a held node, as port k, unless it is known; respond() computes its responses.
-  void add_touch(std::size_t k, Skin::Weights b);
+  void add_touch(std::size_t k, NodeWeights b);
   void add_grasp(std::size_t k, std::uint32_t coordinate);
   bool knows(std::size_t k) const { return ports_.contains(k); }
   /// Loads whose responses are requested: of port k if its tool slides; the residual force and M v* of the body, null if not.

@@ -17,7 +17,7 @@ constexpr double kTrialStepLeast = 1e-3;  // of a direction: a shorter trial wou
 constexpr double kInterpolatedChangeMax = 0.5;  // of a trial: a step that close to it needs no evaluation of its own
 
 /// Returns the nodes nearest to those of `port`, by number of elements in between, ascending.
-std::vector<std::uint32_t> nodes_around(const Skin::Weights& port, const LumpedBody& body,
+std::vector<std::uint32_t> nodes_around(const NodeWeights& port, const LumpedBody& body,
                                         const std::vector<std::vector<std::uint32_t>>& elements) {
   std::vector<std::uint8_t> seen(body.nodes.size(), 0);
   std::vector<std::uint32_t> nodes;
@@ -187,7 +187,7 @@ class IndentedSubdomain {
   Vector x_, at_stamp_;
   Matrix responses_;
   Mat3 begin_ = Mat3::Zero();
-  Skin::Weights port_;
+  NodeWeights port_;
   std::vector<Mat3> blocks_;  // inverse diagonal blocks
 };
 

@@ -25,7 +25,7 @@
 namespace palpate {
 
 struct IndentationRequest {
-  Skin::Weights port;                 ///< B, over nodes
+  NodeWeights port;                   ///< B, over nodes
   std::span<const Vector> responses;  ///< P^-1 B, three, in the coordinates of the linearisation
   std::vector<Vec3> displacements;    ///< a [m], at least one, each larger than the one before
   double shift_1_s = 20;              ///< s

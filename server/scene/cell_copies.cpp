@@ -4,6 +4,8 @@
 #include <cassert>
 #include <numeric>
 
+#include "server/scene/disjoint_sets.hpp"
+
 namespace palpate {
 namespace {
 
@@ -14,23 +16,9 @@ constexpr std::array<std::array<std::uint8_t, 4>, 6> kHexaFaces{
 constexpr std::array<std::array<std::uint8_t, 2>, 6> kTetraLinks{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {2, 3}, {3, 1}}};
 constexpr std::array<std::array<std::uint8_t, 4>, 4> kTetraFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
-/// Disjoint sets.
-class Sets {
- public:
-  explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0U); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) { parent_[std::max(find(a), find(b))] = std::min(find(a), find(b)); }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 /// Returns the number of parts.
 std::size_t find_parts(const CutCells& cut, const CellNodes& nodes, std::array<std::uint8_t, 8>& part) {
-  Sets joined(cut.kind->corners);
+  DisjointSets joined(cut.kind->corners);
   for (const auto& [a, b] : cut.kind->links)
     if (!cut.links.contains(link_of(nodes[a], nodes[b]))) joined.join(a, b);
   std::size_t parts = 0;
@@ -69,7 +57,7 @@ void find_faces(CutCells& cut) {
 }
 
 /// Joins the nodes of the copies on both sides of a face, where they have a corner of their own in common.
-void join_over(const CutCells& cut, const CellFace& face, Sets& nodes) {
+void join_over(const CutCells& cut, const CellFace& face, DisjointSets& nodes) {
   const auto [one, other] = face.cells;
   const auto corners = cut.kind->corners;
   const auto& on_face = cut.kind->faces[face.number[0]];
@@ -82,7 +70,7 @@ void join_over(const CutCells& cut, const CellFace& face, Sets& nodes) {
   }
 }
 
-void number_nodes(CutCells& cut, std::size_t before, Sets& nodes) {
+void number_nodes(CutCells& cut, std::size_t before, DisjointSets& nodes) {
   const auto corners = cut.kind->corners;
   std::vector<std::uint32_t> number(cut.copies.size() * corners, kNoCell);
   const auto at = [&](std::size_t copy, std::size_t corner) -> std::uint32_t& {
@@ -135,7 +123,7 @@ CutCells copy_cells(const CellTopology& kind, std::vector<CellNodes> cells, std:
   cut.first_copy.push_back(static_cast<std::uint32_t>(cut.copies.size()));
   find_faces(cut);
 
-  Sets of_corners(cut.copies.size() * kind.corners);
+  DisjointSets of_corners(cut.copies.size() * kind.corners);
   std::vector<std::uint32_t> own(nodes, kNoCell);  // a corner of a copy that is the node
   for (std::uint32_t cell = 0; cell < cut.cells.size(); ++cell)
     for (std::size_t c = 0; c < kind.corners; ++c) {
@@ -164,7 +152,7 @@ std::vector<std::uint8_t> fixed_nodes(const CutCells& cut, std::span<const std::
 }
 
 std::vector<std::uint8_t> held_copies(const CutCells& cut, std::span<const std::uint8_t> held) {
-  Sets pieces(cut.origin.size());
+  DisjointSets pieces(cut.origin.size());
   const auto each_node = [&](const auto& visit) {
     for (std::size_t k = 0; k < cut.copies.size(); ++k)
       for (std::size_t c = 0; c < cut.kind->corners; ++c) visit(k, cut.copies[k].nodes[c]);

@@ -7,7 +7,6 @@
 namespace palpate {
 namespace {
 
-using Weights = std::vector<std::pair<std::uint32_t, double>>;
 using Corners3 = std::array<std::uint32_t, 3>;
 
 Corners3 sorted(Corners3 of) {
@@ -79,29 +78,22 @@ class Walls {
   }
 
   /// Returns the vertex with these weights; the same weights are the same vertex.
-  std::uint32_t vertex(Weights weights, bool is_wall) {
-    std::sort(weights.begin(), weights.end());
-    Weights merged;
-    for (const auto& [node, weight] : weights) {
-      if (!merged.empty() && merged.back().first == node)
-        merged.back().second += weight;
-      else
-        merged.emplace_back(node, weight);
-    }
+  std::uint32_t vertex(NodeWeights weights, bool is_wall) {
+    NodeWeights each = merged(std::move(weights));
     const auto next = nodes_ + static_cast<std::uint32_t>(surface_.embedded.size());
-    const auto [at, fresh] = known_.try_emplace(merged, next);
-    if (fresh) surface_.embedded.push_back({std::move(merged), is_wall});
+    const auto [at, fresh] = known_.try_emplace(each, next);
+    if (fresh) surface_.embedded.push_back({std::move(each), is_wall});
     return at->second;
   }
   /// Adds the point where the cut crosses a link, by the nodes of a copy, with this weight.
-  void add_crossing(const CellLink& link, std::uint32_t copy, double weight, Weights& to) const {
+  void add_crossing(const CellLink& link, std::uint32_t copy, double weight, NodeWeights& to) const {
     const CellCopy& of = cut_.copies[copy];
     const double t = cut_.links.at(link);
     to.emplace_back(of.nodes[cut_.corner_of(of.cell, link.first)], weight * (1 - t));
     to.emplace_back(of.nodes[cut_.corner_of(of.cell, link.second)], weight * t);
   }
   std::uint32_t mean_of(const std::vector<CellLink>& links, std::uint32_t copy, bool is_wall) {
-    Weights weights;
+    NodeWeights weights;
     for (const CellLink& link : links)
       if (cut_.links.contains(link)) add_crossing(link, copy, 1, weights);
     const double count = 0.5 * static_cast<double>(weights.size());
@@ -265,7 +257,7 @@ class Walls {
   const std::vector<Vec3>& x_;
   const std::vector<std::uint8_t>& kept_;
   std::uint32_t nodes_;
-  std::map<Weights, std::uint32_t> known_;
+  std::map<NodeWeights, std::uint32_t> known_;
   CutSurface surface_;
 };
 

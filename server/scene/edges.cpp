@@ -43,6 +43,18 @@ std::size_t own_nodes(const LumpedBody& body) {
   return own > 0 ? own : body.nodes.size();
 }
 
+NodeWeights merged(NodeWeights weights) {
+  std::sort(weights.begin(), weights.end());
+  NodeWeights each;
+  for (const auto& [node, weight] : weights) {
+    if (!each.empty() && each.back().first == node)
+      each.back().second += weight;
+    else if (weight > 0)
+      each.emplace_back(node, weight);
+  }
+  return each;
+}
+
 std::vector<Vec3> vertices_at_rest(const LumpedBody& body) {
   std::vector<Vec3> vertices = body.nodes;
   for (const EmbeddedVertex& vertex : body.embedded) {

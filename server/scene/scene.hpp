@@ -73,10 +73,15 @@ struct TissueLayer {
 /// Layers, with one for what lies behind the body (common/patch/needle.hpp).
 inline constexpr std::size_t kMaxTissueLayers = 3;
 
+/// A weighted sum of nodes: (node, weight).
+using NodeWeights = std::vector<std::pair<std::uint32_t, double>>;
+/// Returns it by ascending node, each node once; those of weight 0 are left out.
+NodeWeights merged(NodeWeights weights);
+
 /// A vertex of the surface of a cut body that is no node (cut_walls.hpp): the mean of nodes of one element, by weight.
 struct EmbeddedVertex {
-  std::vector<std::pair<std::uint32_t, double>> weights;  ///< (node, weight), ascending, of sum 1
-  bool is_wall = false;                                   ///< true: it lay inside the body before the cut
+  NodeWeights weights;   ///< merged, of sum 1
+  bool is_wall = false;  ///< true: it lay inside the body before the cut
 };
 
 /// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, and held by ligaments:
@@ -107,6 +112,8 @@ struct LumpedBody {
   bool is_node(std::uint32_t vertex) const { return vertex < nodes.size(); }
   /// Vertices that are no nodes are not fixed.
   bool is_fixed(std::uint32_t vertex) const { return vertex < fixed.size() && fixed[vertex] != 0; }
+  /// Returns true if the vertex is on the wall of a cut.
+  bool is_wall(std::uint32_t vertex) const { return !is_node(vertex) && embedded[vertex - nodes.size()].is_wall; }
 };
 
 /// Every pair of nodes joined by an element, once: those of springs in their order, then those of finite elements, ascending.

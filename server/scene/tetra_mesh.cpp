@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/base/error.hpp"
+#include "server/scene/disjoint_sets.hpp"
 #include "server/scene/mesh_file.hpp"
 
 namespace palpate {
@@ -35,11 +36,6 @@ std::map<Triangle, FaceUse> uses_of_faces(std::span<const Tetrahedron> cells) {
   return uses;
 }
 
-std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
 void drop_unused_vertices(TetraMesh& mesh) {
   std::vector<std::uint32_t> number(mesh.vertices.size(), kNoNode);
   std::vector<Vec3> used;
@@ -55,12 +51,11 @@ void drop_unused_vertices(TetraMesh& mesh) {
 }
 
 void check_in_one_piece(const TetraMesh& mesh, const std::string& where) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  DisjointSets pieces(mesh.vertices.size());
   for (const Tetrahedron& t : mesh.cells)
-    for (const std::uint32_t node : t.nodes) parent[root_of(parent, node)] = root_of(parent, t.nodes[0]);
+    for (const std::uint32_t node : t.nodes) pieces.join(node, t.nodes[0]);
   std::size_t parts = 0;
-  for (std::uint32_t i = 0; i < parent.size(); ++i) parts += root_of(parent, i) == i;
+  for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) parts += pieces.find(i) == i;
   if (parts > 1) throw InputError(where, "falls apart into " + std::to_string(parts) + " pieces", "one body");
 }
 
@@ -126,18 +121,17 @@ void add_cell(CellKind kind, std::span<const std::uint32_t> corners, std::uint32
 }
 
 std::vector<std::uint32_t> parts_by_faces(std::span<const Tetrahedron> cells) {
-  std::vector<std::uint32_t> parent(cells.size());
-  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  DisjointSets parts(cells.size());
   std::map<Triangle, std::uint32_t> first_with;
   for (std::uint32_t i = 0; i < cells.size(); ++i)
     for (const auto& corners : kFaces) {
       Triangle key{cells[i].nodes[corners[0]], cells[i].nodes[corners[1]], cells[i].nodes[corners[2]]};
       std::sort(key.begin(), key.end());
-      const std::uint32_t other = first_with.try_emplace(key, i).first->second;
-      parent[root_of(parent, i)] = root_of(parent, other);
+      parts.join(i, first_with.try_emplace(key, i).first->second);
     }
-  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = root_of(parent, i);
-  return parent;
+  std::vector<std::uint32_t> part;
+  for (std::uint32_t i = 0; i < cells.size(); ++i) part.push_back(parts.find(i));
+  return part;
 }
 
 std::vector<Tetrahedron> split_cells(const CellSet& cells, const Grid& grid, std::span<const std::uint32_t> number) {

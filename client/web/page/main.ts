@@ -1,7 +1,7 @@
 // The page: what palpate-web sends, drawn and said; keys and buttons.
 import { contextOf, ForcePlot } from "./plot";
 import { NoteList } from "./notes";
-import { readBinary, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage } from "./protocol";
+import { readBinary, WALL_MARK, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage } from "./protocol";
 import { lengthText } from "./scales";
 import { BodyScene } from "./scene";
 import { markElement, Marks } from "./stations";
@@ -75,6 +75,7 @@ function takeBinary(bytes: ArrayBuffer): void {
   if ("mesh" in message) {
     scene.setMesh(message.mesh);
     element("legend").hidden = false;
+    element("cut-row").hidden = !message.mesh.marks.includes(WALL_MARK);
   } else {
     newest = message.shape;
     plot.add(message.shape.t, message.shape.tools);
@@ -111,6 +112,7 @@ function takeHello(hello: Hello): void {
     drawCourse();
   }
   element("held").style.background = hello.held;
+  element("cut").style.background = hello.wall;
   const pen = element<HTMLCanvasElement>("palette").getContext("2d")!;
   hello.palette.forEach((color, i) => {
     pen.fillStyle = color;

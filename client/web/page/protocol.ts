@@ -9,11 +9,13 @@ export interface Tool {
   orientation: [number, number, number, number] | null; // quaternion x y z w; null: a device of three degrees of freedom
 }
 
+export const WALL_MARK = 2;
+
 export interface Mesh {
   version: number;
   unit: number; // [m] of a step of displacement
   rest: Float32Array; // x y z of each vertex [m]
-  marks: Uint8Array; // 1: the vertex never moves; 2: it is on the wall of a cut
+  marks: Uint8Array; // 1: the vertex never moves; WALL_MARK: it is on the wall of a cut
   triangles: Uint32Array;
 }
 

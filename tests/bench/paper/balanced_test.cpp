@@ -60,7 +60,7 @@ TEST_CASE("The basis of a contact inside a triangle keeps the compliance of that
 
 TEST_CASE("A force between two vertices has the mean of their low-rank factors when they share the shifts") {
   BalancedBlock block(box_body(3, 3, 3));
-  const auto pushed = [&](const Skin::Weights& weights) {
+  const auto pushed = [&](const NodeWeights& weights) {
     Matrix b = Matrix::Zero(block.rest.x.size(), 3);
     for (const auto& [node, weight] : weights) b.middleRows<3>(3 * static_cast<Eigen::Index>(node)) += weight * Mat3::Identity();
     return mass_scaled(pushed_system(block.dynamics, block.rest, b, {}));

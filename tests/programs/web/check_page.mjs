@@ -197,7 +197,7 @@ async function checkLive(browser, work) {
 async function checkRooms(browser, work) {
   const port = await freePort();
   const body = await server(port, "--record", join(work, "rooms.rec"), "--record-shapes-hz", "20",
-    "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`);
+    "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`, "--scene", `cut=${join(scenes, "cuts/dissection.json")}`);
   const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`);
   const size = { viewport: { width: 1280, height: 800 }, colorScheme: "light" };
   const page = await open(browser, address, size);
@@ -208,13 +208,21 @@ async function checkRooms(browser, work) {
   await page.waitForFunction(() => document.getElementById("title").textContent === "press and hold");
   await other.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");
   await page.waitForSelector("#room-choice:not([hidden])");
-  assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube"]);
+  assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube", "cut"]);
   assert.equal(await page.inputValue("#room"), "training");
   await page.waitForFunction(() => /^held .* of 3 s$/.test(document.querySelector(".task-hand .soft")?.textContent ?? ""));
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="trainee"] .force')?.textContent) > 0.3);
   await page.screenshot({ path: join(out, "live-room.png") });
   assert.ok(await other.isHidden("#task-panel"));
   assert.equal(await other.locator('[data-station="trainee"]').count(), 0);
+
+  // The legend names the walls of a cut where there are some.
+  assert.ok(await other.isHidden("#cut-row"));
+  await other.selectOption("#room", "cut");
+  await other.waitForFunction(() => document.getElementById("title").textContent === "dissection");
+  await other.waitForSelector("#cut-row:not([hidden])");
+  await bodyIsDrawn(other);
+  await other.screenshot({ path: join(out, "cut.png") });
 
   await page.selectOption("#room", "cube");
   await page.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");

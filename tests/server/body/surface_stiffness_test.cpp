@@ -15,7 +15,7 @@ using namespace palpate::test;
 namespace {
 
 /// 1 / (n^T B^T K^-1 B n) with K of the free nodes as a dense matrix.
-double dense_finger_stiffness(const Scene& scene, const Skin::Weights& weights, const Vec3& direction) {
+double dense_finger_stiffness(const Scene& scene, const NodeWeights& weights, const Vec3& direction) {
   const Dynamics dynamics(scene.body);
   Matrix k = dense_stiffness(dynamics, dynamics.rest_state());
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) {

@@ -53,7 +53,7 @@ Filling any_filling() { return GENERATE(Filling::springs, Filling::neo_hookean, 
 Vector gathered(const RefinedBody& refined, const Vector& f) {
   Vector y = Vector::Zero(refined.masses().size());
   for (std::uint32_t i = 0; i < refined.dynamics().nodes(); ++i)
-    for (const auto& [row, weight] : refined.restricted(Skin::Weights{{i, 1.0}})) at_node(y, row) += weight * at_node(f, i);
+    for (const auto& [row, weight] : refined.restricted(NodeWeights{{i, 1.0}})) at_node(y, row) += weight * at_node(f, i);
   return y;
 }
 
@@ -114,8 +114,8 @@ TEST_CASE("A motion that is the same everywhere in a locally refined body costs 
   const Eigen::Index size = bench.refined.masses().size();
   Eigen::SparseMatrix<double> t(x.size(), size);
   std::vector<Eigen::Triplet<double>> entries;
-  std::vector<Skin::Weights> of_node;
-  for (std::uint32_t i = 0; i < bench.dynamics.nodes(); ++i) of_node.push_back(bench.refined.restricted(Skin::Weights{{i, 1.0}}));
+  std::vector<NodeWeights> of_node;
+  for (std::uint32_t i = 0; i < bench.dynamics.nodes(); ++i) of_node.push_back(bench.refined.restricted(NodeWeights{{i, 1.0}}));
   for (std::uint32_t i = 0; i < of_node.size(); ++i)
     for (const auto& [row, weight] : of_node[i])
       for (std::uint32_t axis = 0; axis < 3; ++axis)

@@ -169,7 +169,7 @@ std::optional<Compliances> compliances(Touch& touch, const BuiltPatch& built, do
   tangents.take(touch.state);
   tangents.multiply(v, k_v, d_v);
   const Matrix p_v = s * s * Matrix::Identity(v.cols(), v.cols()) + v.transpose() * (s * d_v + k_v);
-  const Skin::Weights b = touch.skin.weights(touch.ports[0].point);
+  const NodeWeights b = touch.skin.weights(touch.ports[0].point);
   BlockMatrix p = touch.dynamics.make_matrix();
   touch.dynamics.assemble(touch.state, s * s, s, 1, touch.body.fixed, false, p);
   LinearSolver solver(touch.dynamics.nodes());
