@@ -70,9 +70,9 @@ inline std::span<const Vec3> positions_of(const Positions& array, const std::str
   return {reinterpret_cast<const Vec3*>(array.data()), static_cast<std::size_t>(array.shape(0))};
 }
 
-/// One position: three doubles.
+/// One vector: three doubles.
 inline Vec3 position_of(const Positions& array, const std::string& where) {
-  if (array.ndim() != 1 || array.shape(0) != 3) throw InputError(where, "is no point", "three coordinates [m]");
+  if (array.ndim() != 1 || array.shape(0) != 3) throw InputError(where, "is no vector", "three numbers");
   return {array.data()[0], array.data()[1], array.data()[2]};
 }
 

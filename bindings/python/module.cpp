@@ -9,7 +9,10 @@ PYBIND11_MODULE(_palpate, module) {
   module.doc() = "Palpate in C++, for the package palpate.";
   module.attr("__version__") = PALPATE_VERSION;
   // Other exceptions of C++ are RuntimeError, with the same text (pybind11).
-  pybind11::register_exception<InputError>(module, "InputError", PyExc_ValueError).attr("__module__") = "palpate";
+  const auto input_error = pybind11::register_exception<InputError>(module, "InputError", PyExc_ValueError);
+  input_error.attr("__module__") = "palpate";
+  input_error.attr("__doc__") =
+      "A file, an argument or a call that cannot be used. Its text has where, what, and what was expected.";
   add_scene(module);
   add_patch(module);
   add_room(module);

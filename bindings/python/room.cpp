@@ -14,17 +14,24 @@ struct Paths {
   std::vector<LocalTool> tools;
 };
 
-void add(Paths& paths, StationId id, py::handle path) {
+void add(Paths& paths, StationId id, const py::handle& path) {
+  const std::string where = "path of tool " + std::to_string(id);
   Positions array = Positions::ensure(path);
-  if (!array) throw py::error_already_set();
-  paths.tools.push_back({id, positions_of(array, "path of tool " + std::to_string(id))});
+  if (!array) throw InputError(where, "is no array of numbers", "an array of the shape (n, 3) [m]");
+  paths.tools.push_back({id, positions_of(array, where)});
   paths.arrays.push_back(std::move(array));
 }
 
-Paths paths_of(py::handle given) {
+StationId tool_named(const py::handle& key) {
+  py::detail::make_caster<StationId> caster;
+  if (!caster.load(key, true)) throw InputError("path", "is of tool " + py::repr(key).cast<std::string>(), "the tools 1, 2, ...");
+  return py::detail::cast_op<StationId>(caster);
+}
+
+Paths paths_of(const py::object& given) {
   Paths paths;
   if (py::isinstance<py::dict>(given))
-    for (const auto& [id, path] : given.cast<py::dict>()) add(paths, id.cast<StationId>(), path);
+    for (const auto& [id, path] : given.cast<py::dict>()) add(paths, tool_named(id), path);
   else
     add(paths, 1, given);
   return paths;
@@ -37,7 +44,8 @@ LocalStep options_of(bool patches, const std::string& scheme, int order, double 
   return {.patches = patches, .scheme = scheme_named(scheme), .order = order, .horizon = from_seconds(horizon_s), .shape = shape};
 }
 
-Frame step(LocalRoom& room, py::handle given, bool patches, const std::string& scheme, int order, double horizon_s, bool shape) {
+Frame step(LocalRoom& room, const py::object& given, bool patches, const std::string& scheme, int order, double horizon_s,
+           bool shape) {
   const LocalStep options = options_of(patches, scheme, order, horizon_s, shape);
   const Paths paths = paths_of(given);
   const py::gil_scoped_release others_run;
@@ -117,7 +125,8 @@ void add_room(py::module_& module) {
       .def(
           "step", &step, py::arg("path"), py::kw_only(), py::arg("patches") = usual.patches,
           py::arg("scheme") = std::string(name_of(usual.scheme)), py::arg("order") = usual.order,
-          py::arg("horizon_s") = seconds(usual.horizon), py::arg("shape") = usual.shape,
+          py::arg("horizon_s") = static_cast<double>(usual.horizon.count()) / 1e6,  // prints as 0.1
+          py::arg("shape") = usual.shape,
           "Moves tools and body, and returns the Frame at the end.\n\n"
           "path: positions of tool 1 at t_s + 1 ms, t_s + 2 ms, ..., (n, 3) [m], 1 to 1000 of them; or a dict of such paths by\n"
           "tool (1, 2, ...). A tool that was not in the last step starts at its first position; one that is missing is removed.\n"

@@ -28,13 +28,6 @@ class OwnedScorer {
   std::unique_ptr<TaskScorer> scorer_;
 };
 
-Vec3 vector_of(py::handle given, const std::string& where) {
-  const Positions array = Positions::ensure(given);
-  if (!array) throw py::error_already_set();
-  if (array.ndim() != 1 || array.shape(0) != 3) throw InputError(where, "has another shape", "3 numbers");
-  return {array.at(0), array.at(1), array.at(2)};
-}
-
 }  // namespace
 
 void add_task(py::module_& module) {
@@ -44,8 +37,9 @@ void add_task(py::module_& module) {
       .def(py::init<const Scene&>(), py::arg("scene"))
       .def(
           "add",
-          [](OwnedScorer& self, double t_s, py::handle position, py::handle force, bool contact, std::uint32_t buttons) {
-            self.scorer().add({t_s, vector_of(position, "position"), vector_of(force, "force"), contact, buttons});
+          [](OwnedScorer& self, double t_s, const Positions& position, const Positions& force, bool contact,
+             std::uint32_t buttons) {
+            self.scorer().add({t_s, position_of(position, "position"), position_of(force, "force"), contact, buttons});
           },
           py::arg("t_s"), py::arg("position"), py::arg("force"), py::arg("contact"), py::arg("buttons") = 0,
           "Adds the tool at a time [s], ascending: position (3,) [m], force on it (3,) [N], and the buttons that were down "

@@ -175,6 +175,35 @@ try:
     raise AssertionError("no error")
 except palpate.InputError as error:
     assert "count: is 0" in str(error) and "1 to 4096" in str(error), error
+
+
+def refused(text, call):
+    try:
+        call()
+    except palpate.InputError as error:
+        assert text in str(error), error
+        return
+    raise AssertionError(f"no error with {text!r}")
+
+
+env, vector, cube6 = palpate.env, palpate.env.Vector(palpate.env.Press, 2, scene=places.scene("touch-cube")), palpate.Scene(places.scene("cube6"))
+refused("step: is called before reset; expected reset() first", lambda: env.Press(scene).step([0, 0, 0]))
+refused("step: is called before reset; expected reset() first", lambda: vector.step(np.zeros((2, 3))))
+refused("count: is 0; expected 1 to 4096", lambda: env.Vector(env.Press, 0))
+press.reset()
+vector.reset(seed=1)
+refused("action: has the shape (2,); expected (3,)", lambda: press.step([0, 0]))
+refused("action: has the shape (4,); expected (3,)", lambda: press.step(np.zeros(4)))
+refused("action: has the shape (3,); expected (2, 3)", lambda: vector.step(np.zeros(3)))
+assert env.Press(str(places.scene("touch-cube"))).scene.name == scene.name == env.Press(places.scene("touch-cube")).scene.name
+refused("cannot be read", lambda: env.Press("/no/such.json"))
+refused("scene: is 5; expected a Scene, the file of one, or None", lambda: env.Press(5))
+refused("target_n: is -1; expected more than 0", lambda: env.Press(scene, target_n=-1))
+refused("hold_s: is nan; expected 0 or more", lambda: env.Press(scene, hold_s=float("nan")))
+refused("step_s: is 0; expected 0.001 to 1", lambda: env.Reach(scene, step_s=0))
+for task in (env.Press, env.Reach, env.FindLump):
+    refused('"cube6": is grasped; expected one that is touched', lambda task=task: task(cube6))
+refused('has the task "press"; expected "find"', lambda: env.FindLump(places.scene("tasks/press")))
 rooms = palpate.Rooms(scene, 2, threads=2)
 for bad, text in (((np.zeros((3, 3)), np.zeros((2, 3)), 20), "positions: has 3 rows"), ((np.zeros((2, 3)), np.full((2, 3), 20.0), 20), "leaves the world"),
                   ((np.zeros((2, 3)), np.zeros((2, 3)), 0), "ticks: is 0")):

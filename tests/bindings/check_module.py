@@ -4,9 +4,13 @@ usage: check_module.py SOURCES BUILD WORK
 """
 
 import ast
+import builtins
 import gc
 import inspect
+import os
+import shutil
 import subprocess
+import sys
 import threading
 import time
 
@@ -75,6 +79,11 @@ def check_replay(scene):
     assert abs(np.sqrt(error / np.sum(reference**2)) - one.rel_rms) < 1e-12
     measured = palpate.compare(one.felt, one.reference)
     assert measured["snr_db"] == one.snr_db and measured["lag_ms"] == one.lag_ms and measured["contact_ticks"] == one.contact_ticks
+    assert measured["p95_error"] == one.p95_error and measured["median_error"] == one.median_error
+    later = palpate.compare(one.felt, one.reference, skip=1000)
+    large = np.linalg.norm(one.reference[1000:], axis=1)
+    errors = np.linalg.norm(one.felt - one.reference, axis=1)[1000:] / np.where(large > 0, large, 1)
+    assert abs(later["median_error"] - np.median(errors[large >= 0.1 * large.max()])) < 1e-3
     expect(palpate.InputError, "as many as reference", lambda: palpate.compare(one.felt, one.reference[1:]))
     assert len(one.felt) == len(motion.path()) and one.patches > 10
     # accuracy() plays the whole examination, which begins as `motion` does.
@@ -123,6 +132,10 @@ def check_errors(scene):
     expect(palpate.InputError, "expected one of press", lambda: palpate.Motion.gesture(scene, "wave"))
     expect(palpate.InputError, "", lambda: palpate.Motion([0, 0], np.zeros((2, 3))))
     expect(TypeError, "", lambda: palpate.Room("organ"))
+    expect(palpate.InputError, "path of tool 1: is no array of numbers; expected an array of the shape (n, 3)", lambda: room.step("up"))
+    expect(palpate.InputError, "path of tool 2: is no array of numbers", lambda: room.step({2: [up, "up"]}))
+    for key in ("a", -1, 1.5, None):
+        expect(palpate.InputError, f"path: is of tool {key!r}; expected the tools 1, 2", lambda key=key: room.step({key: up}))
     assert room.t_s == 0, "a refused step moves nothing"
     assert room.step(up).t_s == 0.005
     two = room.step({1: up, 7: up + [0.01, 0, 0]})
@@ -158,6 +171,52 @@ def check_threads(scene):
         same_bits(np.array(results[k]), np.array(results["alone"]))
 
 
+def check_types():
+    """The stubs say what a program that uses them relies on; without mypy, every name in them is at least defined."""
+    stubs = [places.build / "python/palpate" / file for file in ("__init__.pyi", "env.pyi")]
+    for stub in stubs:
+        tree = ast.parse(stub.read_text())
+        defined = set(dir(builtins)) | {"self"}
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.Import, ast.ImportFrom)):
+                defined |= {(name.asname or name.name).split(".")[0] for name in node.names}
+            elif isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+                defined.add(node.name)
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                defined.add(node.id)
+        used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+        assert used <= defined, (stub, used - defined)
+    if not shutil.which("mypy"):
+        print("mypy is not installed: the types were not checked")
+        return
+    program = places.work / "typed.py"
+    program.write_text(TYPED)
+    settings = ["--strict", "--allow-subclassing-any", "--no-error-summary", "--hide-error-context", "--python-executable", sys.executable, "--cache-dir", places.work / "mypy"]
+    environment = {**os.environ, "MYPYPATH": str(places.build / "python")}
+    checked = subprocess.run(["mypy", *settings, *stubs, program], capture_output=True, text=True, env=environment)
+    lines = [int(line.split(":")[1]) for line in checked.stdout.splitlines() if "typed.py:" in line and "error" in line]
+    last = len(TYPED.splitlines())
+    assert lines == [last - 1, last] and checked.stdout.count("error:") == 2, checked.stdout + checked.stderr
+
+
+# A program for check_types(): its last two lines are wrong, the others are right.
+TYPED = """\
+import numpy as np
+import palpate
+from palpate import env
+
+scene = palpate.Scene("scenes/organ.json")
+palpate.TaskScorer(scene).add(0.0, [0, 0, 0], np.zeros(3), True)
+force: float = palpate.compare(np.zeros((3, 3)), np.zeros((3, 3)), skip=0)["median_error"]
+press = env.Press("scenes/organ.json", target_n=1.0)
+observation, info = press.reset(seed=1)
+reward: float = press.step([0, 0, -1])[1]
+env.Vector(env.Press, 8, target_n=1.0).step(np.zeros((8, 3)))[3].any()
+palpate.TaskScorer(scene).add(0.0, scene, np.zeros(3), True)
+env.Press(target_n="much")
+"""
+
+
 def check_documentation():
     """Every public name has a docstring and its type in the stub, and the stub has no others."""
     tree = ast.parse((places.sources / "bindings/python/palpate/__init__.pyi").read_text())
@@ -166,8 +225,7 @@ def check_documentation():
     assert set(typed) == set(palpate.__all__), set(typed) ^ set(palpate.__all__)
     for name in palpate.__all__:
         thing = getattr(palpate, name)
-        if name != "InputError":
-            assert inspect.getdoc(thing), name
+        assert vars(thing).get("__doc__") if inspect.isclass(thing) else inspect.getdoc(thing), name
         if not inspect.isclass(thing) or name == "InputError":
             continue
         members = {m for m in vars(thing) if not m.startswith("_")}
@@ -184,6 +242,7 @@ def main():
     check_views(scene, frame)
     check_errors(scene)
     check_threads(scene)
+    check_types()
     check_documentation()
     organ = palpate.Scene.from_json(places.scene("organ").read_text(), "organ", [places.scenes])
     assert organ.contact == "touch" and len(organ.nodes) > 300

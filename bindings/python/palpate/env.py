@@ -20,6 +20,7 @@ below has what they need.
 
 import concurrent.futures
 import json
+import os
 import pathlib
 
 import numpy as np
@@ -86,6 +87,7 @@ except ImportError:
             return x.shape == self.shape and bool(np.all(x >= self.low) and np.all(x <= self.high))
 
 
+MOST_ROOMS = 4096  # of Rooms
 SCENES = [pathlib.Path("scenes"), pathlib.Path("/usr/share/palpate/scenes")]
 
 
@@ -97,24 +99,58 @@ def find_scene(name):
     raise InputError(f'scene "{name}": is in neither of {", ".join(map(str, SCENES))}; expected the package palpate-data, or a Scene')
 
 
+def check(name, value, least, most=np.inf, above=-np.inf):
+    """Raises InputError unless the number is finite, from least to most, and larger than `above`."""
+    if not (np.isfinite(value) and least <= value <= most and value > above):
+        bound = f"more than {above:g}" if above > -np.inf else f"{least:g} or more" if most == np.inf else f"{least:g} to {most:g}"
+        raise InputError(f"{name}: is {value}; expected {bound}")
+
+
 def norm(vectors):
     """Returns the length of x, y, z, numbers or arrays, with the same bits for both."""
     x, y, z = vectors
     return np.sqrt(x * x + y * y + z * z)
 
 
+def scene_of(given, usual):
+    """Returns the Scene that was given, as such or as a file; for None the one that ships under the name `usual`."""
+    if given is None:
+        return Scene(find_scene(usual))
+    if isinstance(given, (str, os.PathLike)):
+        return Scene(given)
+    if not isinstance(given, Scene):
+        raise InputError(f"scene: is {given!r}; expected a Scene, the file of one, or None")
+    return given
+
+
+def action_of(given, space):
+    """Returns an action as an array. Raises InputError for another shape than the space has."""
+    action = np.asarray(given, np.float64)
+    if action.shape != space.shape:
+        raise InputError(f"action: has the shape {action.shape}; expected {space.shape}")
+    return action
+
+
 class Touch(Base):
     """A tool on a body. Tasks add a target, a reward and an end.
 
+    scene: a Scene, the file of one, or None for touch-cube. step_s: time of a step, 0.001 to 1 [s]. max_speed: of the tool [m/s].
     Observation: tool - scene.home (3,) [m], force on the tool (3,) [N], and the task's own numbers.
     """
 
     extra = 0  # numbers of the task
     # Names of what begin() sets, where numbers() and judge() also hold for arrays, of environments of one scene: Vector calls them once.
     drawn = None
+    grasp = None  # "touch" or "attach": the contact of the scene that the task is about; None: either
 
     def __init__(self, scene=None, *, step_s=0.02, max_speed=0.1, max_steps=250):
-        self.scene = scene if scene is not None else Scene(find_scene("touch-cube"))
+        check("step_s", step_s, 0.001, 1)
+        check("max_speed", max_speed, 0, above=0)
+        check("max_steps", max_steps, 1)
+        self.scene = scene_of(scene, "touch-cube")
+        if self.grasp not in (None, self.scene.contact):
+            is_so, expected = ("touched", "grasped (attach)") if self.grasp == "attach" else ("grasped", "touched (touch)")
+            raise InputError(f'scene "{self.scene.name}": is {is_so}; expected one that is {expected}')
         self.step_s, self.max_speed, self.max_steps = step_s, max_speed, max_steps
         self._room, self._scene = None, None  # the body, and its scene
         self._ticks = int(round(1e3 * step_s))
@@ -142,6 +178,9 @@ class Touch(Base):
 
     def step(self, action):
         """Moves the tool and the body. Returns (observation, reward, terminated, truncated, info)."""
+        if self._room is None:
+            raise InputError("step: is called before reset; expected reset() first")
+        action = action_of(action, self.action_space)
         self.heed(action)
         by = np.minimum(np.maximum(action[:3], -1.0), 1.0) * (self.max_speed * self.step_s)
         frame = self._room.step(self.tool + self._share * by, patches=False, shape=False)
@@ -187,6 +226,7 @@ class Reach(Touch):
 
     extra = 2
     drawn = ("place",)
+    grasp = "touch"
 
     def begin(self, options):
         reach = 0.15 * np.ptp(self.scene.nodes[:, :2], axis=0)
@@ -209,8 +249,11 @@ class Press(Touch):
 
     extra = 1
     drawn = ("_held",)
+    grasp = "touch"
 
     def __init__(self, scene=None, *, target_n=1.0, hold_s=0.2, **touch):
+        check("target_n", target_n, 0, above=0)
+        check("hold_s", hold_s, 0)
         super().__init__(scene, **touch)
         self.target_n, self.hold_s = target_n, hold_s
 
@@ -234,10 +277,14 @@ class FindLump(Touch):
     episode (terminated); its reward is the score of the task over 100, all others are 0. A scene with a task `find` has its own lump.
     """
 
+    grasp = "touch"
+
     def __init__(self, scene=None, *, max_steps=500, **touch):
-        self._own = scene
         super().__init__(scene if scene is not None else self._block(0.0, 0.0), max_steps=max_steps, **touch)
-        TaskScorer(self.scene)  # raises for a scene without a task
+        self._own = self.scene if scene is not None else None
+        kind = TaskScorer(self.scene).kind  # raises for a scene without a task
+        if kind != "find":
+            raise InputError(f'scene "{self.scene.name}": has the task "{kind}"; expected "find"')
         self.action_space = Box(-1.0, 1.0, shape=(4,), dtype=np.float64)
 
     @staticmethod
@@ -275,11 +322,12 @@ class Pinch(Touch):
 
     extra = 1
     drawn = ("height", "_held")
+    grasp = "attach"
 
     def __init__(self, scene=None, *, most_n=2.0, hold_s=0.2, **touch):
-        super().__init__(scene if scene is not None else Scene(find_scene("cube6")), **touch)
-        if self.scene.contact != "attach":
-            raise InputError(f'scene "{self.scene.name}": is touched; expected one that is grasped (attach)')
+        check("most_n", most_n, 0, above=0)
+        check("hold_s", hold_s, 0)
+        super().__init__(scene_of(scene, "cube6"), **touch)
         self.most_n, self.hold_s = most_n, hold_s
 
     def begin(self, options):
@@ -308,6 +356,9 @@ class Vector(VectorBase):
     metadata = AUTORESET
 
     def __init__(self, task, count, *, threads=0, **arguments):
+        check("count", count, 1, MOST_ROOMS)
+        if isinstance(arguments.get("scene"), (str, os.PathLike)):
+            arguments["scene"] = Scene(arguments["scene"])  # one for all
         self.envs = [task(**arguments) for _ in range(count)]
         self._all = task(**arguments)  # holds what numbers() and judge() read, of all environments
         one = self.envs[0]
@@ -319,16 +370,20 @@ class Vector(VectorBase):
         self.tool, self.force = np.zeros((count, 3)), np.zeros((count, 3))
         self.contact, self.steps = np.zeros(count, bool), np.zeros(count, int)
         self._home, self._scenes = np.zeros((count, 3)), [one.scene] * count
+        self._begun = False
 
     def reset(self, *, seed=None, options=None):
         """Begins an episode in every environment. Returns (observations, infos)."""
         seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int) else seed or [None] * self.num_envs
         self._begin(range(self.num_envs), seeds, options)
+        self._begun = True
         return self._observations(), {}
 
     def step(self, actions):
         """Moves all tools and bodies. Returns (observations, rewards, terminated, truncated, infos), one row or number each."""
-        actions, all = np.asarray(actions, np.float64), self._all
+        if not self._begun:
+            raise InputError("step: is called before reset; expected reset() first")
+        actions, all = action_of(actions, self.action_space), self._all
         by = np.minimum(np.maximum(actions[:, :3], -1.0), 1.0) * (all.max_speed * all.step_s)
         self.force, self.contact, failed = self._rooms.step(self.tool, by, self._ticks)
         self.tool = self.tool + by
