@@ -1,8 +1,15 @@
 #include "client/igtl/app/igtl_options.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+
 #include "common/base/limits.hpp"
 #include "common/base/plain_text.hpp"
 #include "common/command_line/viewer_session.hpp"
+#include "common/io/make_folder.hpp"
+#include "material_names.hpp"
 
 namespace palpate {
 
@@ -16,6 +23,25 @@ void check_word(const char* flag, const std::string& name, std::size_t least) {
   if (name.size() < least || name.size() > static_cast<std::size_t>(kMaxNameBytes) || !is_plain_name(name))
     throw InputError(flag, fmt::format("has {} bytes", name.size()),
                      fmt::format("{} to {} bytes of {}", least, kMaxNameBytes, kNameCharacters));
+}
+
+void check_material(const std::string& name) {
+  if (std::ranges::find(kMaterialNames, name) != std::end(kMaterialNames)) return;
+  std::string known;
+  for (const std::string_view material : kMaterialNames) known += (known.empty() ? "" : ", ") + std::string(material);
+  throw InputError("--material", name.empty() ? "is missing" : "\"" + name + "\" is unknown", "one of " + known);
+}
+
+/// Makes the folder of the scene where it is missing. Throws InputError for a place at which no file can be written.
+void check_place(const std::string& receive) {
+  const std::filesystem::path scene = receive;
+  const std::string where = "--receive " + receive;
+  if (!scene.has_filename() || std::filesystem::is_directory(scene))
+    throw InputError(where, "is a folder", "a scene file to write");
+  make_folder(where, scene.parent_path());
+  const std::filesystem::path folder = scene.has_parent_path() ? scene.parent_path() : ".";
+  if (access(folder.c_str(), W_OK) != 0)
+    throw InputError(where, "folder " + folder.string() + " cannot be written to", "a folder that can be written to");
 }
 
 }  // namespace
@@ -54,7 +80,8 @@ void check_igtl(const CLI::App& app, const IgtlOptions& options) {
     for (const char* flag : kOfSending)
       if (app.count(flag) > 0) throw InputError(flag, "together with --receive", "--server with it");
     if (options.receive.empty()) throw InputError("--receive", "is empty", "a scene file to write");
-    if (options.material.empty()) throw InputError("--material", "is missing", "a name of palpate-server --list-materials");
+    check_material(options.material);
+    check_place(options.receive);
   } else {
     for (const char* flag : kOfReceiving)
       if (app.count(flag) > 0) throw InputError(flag, "together with --server", "--receive with it");

@@ -20,7 +20,8 @@ struct IgtlOptions {
 };
 
 void add_igtl_flags(CLI::App& app, IgtlOptions& options);
-/// Throws InputError for flags that do not go together.
+/// Throws InputError for flags that do not go together, an unknown material, and a place for a scene that cannot be written;
+/// makes the folder of the scene.
 void check_igtl(const CLI::App& app, const IgtlOptions& options);
 
 }  // namespace palpate

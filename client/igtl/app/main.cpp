@@ -18,7 +18,6 @@
 #include "client/viewer/status_line.hpp"
 #include "common/io/endpoint.hpp"
 #include "common/io/key_files.hpp"
-#include "common/io/make_folder.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
@@ -122,7 +121,6 @@ bool take_surface(const IgtlMessage& message, const IgtlOptions& options) {
     fmt::print(stderr, "palpate-bridge: {} is not used: {}\n", message.name, fault.what());
     return false;
   }
-  make_folder("--receive " + options.receive, scene.parent_path());
   write_file(std::filesystem::path(scene).replace_filename(mesh_file), stl);
   write_file(scene, text);
   tell(fmt::format("wrote {} and {}\n\n  palpate-server --scene {}", mesh_file, scene.filename().string(), scene.string()));

@@ -120,6 +120,10 @@ def check_refusals(programs, work):
 
     assert "are both missing" in refused()
     assert "--material: is missing" in refused("--receive", work / "a.json")
+    assert '--material: "cheese" is unknown; expected one of brain' in refused("--receive", work / "a.json", "--material", "cheese")
+    assert "is a folder" in refused("--receive", work, "--material", "liver")
+    (work / "file").write_text("")
+    assert "cannot be made" in refused("--receive", work / "file" / "a.json", "--material", "liver")
     assert "together with --receive" in refused("--receive", work / "a.json", "--material", "liver", "--rate-hz", "20")
     assert "together with --server" in refused("--server", "127.0.0.1:1", "--material", "liver")
     assert "--insecure" in refused("--server", "127.0.0.1:1", "--listen", "0.0.0.0:0")
