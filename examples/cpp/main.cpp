@@ -1,10 +1,12 @@
 #include <cstdio>
+#include <exception>
 
 #include "common/player/player.hpp"
 #include "server/room/room.hpp"
 
-int main(int, char** argv) {
+int main(int argc, char** argv) try {
   using namespace palpate;
+  if (argc != 2) return std::fputs("usage: consumer SCENE\n", stderr), 2;
   const Scene scene = load_scene(argv[1]);
   const Vec3 above = home_of(scene), pressed = above - Vec3(0, 0, 0.005);
   Room room(scene);  // the server's side: the body
@@ -16,4 +18,7 @@ int main(int, char** argv) {
   PatchPlayer player(frame.patch.value(), frame.terms);  // the client's side, once a millisecond
   for (Micros t = job.target; t <= Micros{200'000}; t += kTick) player.advance({t, pressed});
   std::printf("150 ms later the hand feels %.2f N\n", player.output().force.z());
+} catch (const std::exception& fault) {
+  std::fprintf(stderr, "consumer: %s\n", fault.what());
+  return 2;
 }

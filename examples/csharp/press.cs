@@ -29,15 +29,23 @@ static class Palpate {
   [DllImport(Library)] public static extern void palpate_player_free(IntPtr player);
   [DllImport(Library)] public static extern int palpate_player_tick(IntPtr player, double[] position, double[] force, IntPtr contact);
 
+  const int BadInput = 1;
+
   public static void Check(int result) {
-    if (result != 0) throw new InvalidOperationException(Marshal.PtrToStringAnsi(palpate_error()));
+    if (result == 0) return;
+    Console.Error.WriteLine("press: " + Marshal.PtrToStringAnsi(palpate_error()));
+    Environment.Exit(result == BadInput ? 2 : 1);
   }
 }
 
 static class Press {
   const int Ticks = 50, Frames = 20;
 
-  static void Main(string[] arguments) {
+  static int Main(string[] arguments) {
+    if (arguments.Length != 1) {
+      Console.Error.WriteLine("usage: press.exe SCENE");
+      return 2;
+    }
     IntPtr scene, body, player = IntPtr.Zero;
     double[] home = new double[3], force = new double[3], position = new double[3], path = new double[3 * Ticks];
     Palpate.Check(Palpate.palpate_scene_open(arguments[0], out scene));
@@ -61,5 +69,6 @@ static class Press {
     }
     Palpate.palpate_player_free(player);
     Palpate.palpate_body_free(body);
+    return 0;
   }
 }

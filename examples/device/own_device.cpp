@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <stdexcept>
 #include <thread>
 
 #include "client/device/device.hpp"
@@ -28,13 +29,18 @@ class Presser final : public Device {
   Micros begin_ = monotonic_now();
 };
 
-int main(int, char** argv) {
+int main(int argc, char** argv) try {
+  if (argc != 2) return std::fputs("usage: own_device HOST:PORT\n", stderr), 2;
   ClientOptions options;
   options.hello.station = "presser";
   ClientCore core(options, monotonic_now());
   UdpClient udp(argv[1], core);
   udp.start();
-  while (udp.status().link != LinkState::joined) std::this_thread::sleep_for(Micros{10'000});
+  for (int k = 0; udp.status().link != LinkState::joined; ++k) {
+    if (udp.status().link == LinkState::refused) throw std::runtime_error(udp.status().refusal);
+    if (k == 1'000) throw std::runtime_error(no_answer_text(argv[1], udp.status(), false));
+    std::this_thread::sleep_for(Micros{10'000});
+  }
   Presser device(udp.status().welcome.home);
   HapticLoop loop(device, {&core.haptic()}, {});
   loop.start();
@@ -42,4 +48,7 @@ int main(int, char** argv) {
   loop.stop();
   udp.stop();
   std::printf("%llu ticks, at most %.2f N\n", static_cast<unsigned long long>(loop.stats().ticks), loop.stats().force_max_n);
+} catch (const std::exception& fault) {
+  std::fprintf(stderr, "own_device: %s\n", fault.what());
+  return 2;
 }

@@ -30,4 +30,7 @@ sharp, c = said_by("mono", program, scene), said_by(in_c, scene)
 assert sharp.returncode == 0 and c.returncode == 0, sharp.stderr + c.stderr
 assert len(c.stdout.splitlines()) == 20 and sharp.stdout.replace("-0.000", "0.000") == c.stdout.replace("-0.000", "0.000"), (sharp.stdout, c.stdout)
 missing = said_by("mono", program, "/no/such/scene.json")
-assert missing.returncode != 0 and "/no/such/scene.json" in missing.stderr, missing.stderr
+assert missing.returncode == 2 and missing.stderr == said_by(in_c, "/no/such/scene.json").stderr, missing.stderr
+assert "/no/such/scene.json" in missing.stderr and missing.stderr.count("\n") == 1, missing.stderr
+alone = said_by("mono", program)
+assert alone.returncode == 2 and alone.stderr == "usage: press.exe SCENE\n", alone.stderr

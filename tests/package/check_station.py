@@ -3,6 +3,7 @@
 usage: check_station.py SERVER STATION SCENES
 """
 
+import pathlib
 import re
 import subprocess
 import sys
@@ -18,8 +19,8 @@ def main():
             line = server.stdout.readline()
             assert line, "the server said no address"
             place = re.search(r"(127\.0\.0\.1:\d+)", line)
-        said = subprocess.run([station, place.group(1), f"{scenes}/motions/press.csv"], check=True, capture_output=True, text=True,
-                              timeout=50).stdout
+        motion = [f"{scenes}/motions/press.csv"] if pathlib.Path(station).name == "station" else []
+        said = subprocess.run([station, place.group(1), *motion], check=True, capture_output=True, text=True, timeout=50).stdout
     finally:
         server.terminate()
         server.wait()
