@@ -48,7 +48,7 @@ void draw_hand(const Pen& pen, const Sight& sight, const Task& task, const TaskW
   const float name = pen.text(after, y, 13, pen.theme.ink, hand.station);
   pen.text(after + name + 8 * pen.scale, y, 13, pen.theme.ink_soft, in_words(task, p));
   const std::string score = fmt::format("{:.0f}", p.score);
-  pen.text_left_of(x + width, y, 13, pen.theme.ink, p.finished() ? "score " + score : score + " of 100");
+  pen.text_left_of(x + width, y, 13, pen.theme.ink, (p.finished() ? "done: " : "") + score + " of 100");
   const float top = y + 20 * pen.scale, bottom = top + kBar * pen.scale;
   pen.list.AddRectFilled({x, top}, {x + width, bottom}, packed(pen.theme.ink_soft, 0.22F), 3 * pen.scale);
   if (p.done > 0)

@@ -26,7 +26,7 @@ std::string status_line(const ViewCore& core, Micros now) {
     return fmt::format("the server has been silent for {:.1f} s; its last shape is shown", seconds(core.silence(now)));
   const int shapes = core.shapes_lately(now);
   const std::string body = fmt::format("{} triangles", core.mesh().triangles.size());
-  if (shapes == 0 || core.room().asleep) return body + "    at rest" + holds_text(core);
+  if (shapes == 0 || core.room().asleep) return body + "    still" + holds_text(core);
   const char* const starved = core.room().starved ? "    the server's machine is overloaded" : "";
   return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}{}", body, shapes, shapes == 1 ? "" : "s",
                      1e3 * seconds(core.lateness(now)), starved, holds_text(core));

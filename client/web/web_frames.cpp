@@ -158,6 +158,7 @@ std::string room_message(const PageState& state) {
   json j{{"type", "room"},       {"title", state.title},     {"status", state.status},
          {"live", state.live},   {"heard", state.heard},     {"t", rounded(state.t_s, 6)},
          {"speed", state.speed}, {"playing", state.playing}, {"stations", json::array()}};
+  if (state.refused) j["refused"] = true;
   if (state.room != nullptr) {
     for (const StationView& station : state.room->stations) j["stations"].push_back(station_json(station, state.late_known));
     j["nodes"] = state.room->nodes;
@@ -210,10 +211,13 @@ std::string hello_message(const PageGreeting& greeting) {
          {"held", css(to_srgb(held_color()))},
          {"wall", css(to_srgb(wall_color()))}};
   if (!greeting.live)
-    j["recording"] = {
-        {"begin", rounded(greeting.begin_s, 6)},           {"end", rounded(greeting.end_s, 6)},
-        {"period", rounded(greeting.period_s, 6)},         {"course", std::move(course)},
-        {"force_max_n", rounded(greeting.force_max_n, 3)}, {"displacement_max_m", rounded(greeting.displacement_max_m, 6)}};
+    j["recording"] = {{"begin", rounded(greeting.begin_s, 6)},
+                      {"end", rounded(greeting.end_s, 6)},
+                      {"period", rounded(greeting.period_s, 6)},
+                      {"course", std::move(course)},
+                      {"force_max_n", rounded(greeting.force_max_n, 3)},
+                      {"displacement_max_m", rounded(greeting.displacement_max_m, 6)},
+                      {"hands", greeting.hands}};
   return text_of(j);
 }
 

@@ -30,6 +30,7 @@ struct PageState {
   std::string title, status;
   bool live = true;            ///< false: a recording
   bool heard = true;           ///< false: the figures are out of date and omitted
+  bool refused = false;        ///< true: the server refuses, for the reason in `status`
   bool late_known = true;      ///< true: the number of late ticks is known
   double t_s = 0;              ///< time of the moment shown, that of shape_frame()
   double speed = 1;            ///< of a recording
@@ -60,7 +61,8 @@ struct PageGreeting {
   std::string program;  ///< name and version
   bool live = true;     ///< false: a recording, with these:
   double begin_s = 0, end_s = 0, period_s = 0.05;
-  std::vector<float> course = {};  ///< RecordedScene::course()
+  std::vector<float> course = {};       ///< RecordedScene::course()
+  std::vector<std::string> hands = {};  ///< RecordedScene::hands(): they have the marks that a live page gave them
   float force_max_n = 0, displacement_max_m = 0;
 };
 /// Returns the viewer's colours and the extent of a recording, as JSON of type "hello".

@@ -30,6 +30,7 @@ function show(tools, room) {
     return row;
   });
   document.getElementById("title").textContent = room.title ?? "waiting";
+  document.getElementById("score").textContent = room.task ? "score" : "";
   document.getElementById("task").textContent = room.task?.text ?? "";
   document.getElementById("hands").replaceChildren(...rows);
 }

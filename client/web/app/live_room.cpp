@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 
 #include "client/viewer/status_line.hpp"
 #include "common/base/limits.hpp"
@@ -71,6 +72,12 @@ void LiveRoom::take_notes() {
   }
 }
 
+void LiveRoom::print_refusal() {
+  const std::string refusal = core_.link() == LinkState::refused ? core_.refusal() : "";
+  if (refusal != printed_ && !refusal.empty()) fmt::print(stderr, "palpate-web: {} refuses: {}\n", link_.server(), refusal);
+  if (core_.link() == LinkState::joined || !refusal.empty()) printed_ = refusal;
+}
+
 void LiveRoom::renew_mesh() {
   mesh_version_ = core_.mesh_version();
   unit_m_ = shape_unit_m(core_.mesh().triangles, core_.rest());
@@ -94,6 +101,7 @@ PageState LiveRoom::state(Micros now) const {
   }
   if (core_.link() == LinkState::refused) {
     state.status = core_.refusal();
+    state.refused = true;
     state.room = nullptr;
     state.task = nullptr;
   }
@@ -133,6 +141,7 @@ void LiveRoom::show_shape(WebServer& web, Micros now) {
 Micros LiveRoom::tick(WebServer& web, Micros now) {
   link_.pump();
   take_notes();
+  print_refusal();
   if (now >= next_shape_) {
     next_shape_ = std::max(next_shape_ + kShapeEvery, now);
     show_shape(web, now);

@@ -161,7 +161,8 @@ void serve(const CLI::App& app, const Options& options, const std::atomic<bool>&
   const UdpEndpoint listen = resolve_udp("--listen", options.listen);
   const std::deque<OwnFile> own = options.page.empty() ? std::deque<OwnFile>() : read_page(options.page);
   WebServer web({listen.address().to_string(), listen.port(), password}, files_of(own), *page);
-  fmt::print("palpate-web {}: http://{}/\n", PALPATE_VERSION, web.address());
+  fmt::print("palpate-web {}: http://{}/{}\n", PALPATE_VERSION, web.address(),
+             listen.address().is_unspecified() ? ", and at every other address of this machine" : "");
   std::fflush(stdout);
   const Micros begun = monotonic_now();
   const Micros end = options.duration_s ? begun + from_seconds(*options.duration_s) : Micros::max();

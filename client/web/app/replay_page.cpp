@@ -78,6 +78,7 @@ void ReplayPage::greet(WebServer& web, BrowserId id) {
                                       .end_s = seconds(scene_.end()),
                                       .period_s = seconds(scene_.period()),
                                       .course = scene_.course(),
+                                      .hands = scene_.hands(),
                                       .force_max_n = scene_.force_max_n(),
                                       .displacement_max_m = scene_.displacement_max_m()})));
   web.send(id, Slot::mesh, binary_packet(mesh_frame(scene_.mesh(), scene_.rest(), kOnlyMesh, unit_m_)));

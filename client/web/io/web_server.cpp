@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -327,6 +328,7 @@ WebServer::~WebServer() = default;
 
 std::string WebServer::address() const {
   const tcp::endpoint at = inside_->acceptor.local_endpoint();
+  if (at.address().is_unspecified()) return boost::asio::ip::host_name() + ":" + std::to_string(at.port());
   const std::string host = at.address().to_string();
   return (at.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(at.port());
 }

@@ -62,7 +62,7 @@ class WebServer {
   WebServer(const WebOptions& options, std::vector<WebFile> files, Audience& audience);
   ~WebServer();
 
-  /// Returns for example "127.0.0.1:8080".
+  /// Returns for example "127.0.0.1:8080"; with the name of the machine, where every address of it is listened at.
   std::string address() const;
   /// Handles what browsers do, for this long.
   void run_for(Micros time);

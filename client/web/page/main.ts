@@ -1,7 +1,7 @@
 // The page: what palpate-web sends, drawn and said; keys and buttons.
 import { contextOf, ForcePlot } from "./plot";
 import { NoteList } from "./notes";
-import { readBinary, WALL_MARK, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage } from "./protocol";
+import { readBinary, WALL_MARK, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage, type Tool } from "./protocol";
 import { lengthText } from "./scales";
 import { BodyScene } from "./scene";
 import { markElement, Marks } from "./stations";
@@ -36,8 +36,10 @@ let scrubbing = false;
 let summary: Summary | null = null;
 let noteAt: number | null = null; // the moment that the note being written is about
 let wishedRoom = ""; // the one in the address, until it is asked for
+let missingRoom = ""; // the one in the address, where the server has none of that name
 let figuresAt = 0;
 let figuresDue = false;
+const felt = new Map<string, string>(); // force on each tool [N] as it is shown: panel and label have the same one
 
 // --- connection ----------------------------------------------------------------------------------------------------------
 
@@ -78,6 +80,7 @@ function takeBinary(bytes: ArrayBuffer): void {
     element("cut-row").hidden = !message.mesh.marks.includes(WALL_MARK);
   } else {
     newest = message.shape;
+    marks.see(newest.tools.map((tool) => tool.station));
     plot.add(message.shape.t, message.shape.tools);
   }
 }
@@ -96,7 +99,7 @@ function takeText(message: TextMessage): void {
 }
 
 function takeHello(hello: Hello): void {
-  if (palette.length === 0) marks = new Marks(hello.stations);
+  if (palette.length === 0) marks = new Marks(hello.stations, hello.recording?.hands);
   palette = hello.palette;
   scene.setPalette(hello.palette, hello.held, hello.wall);
   element("program").textContent = hello.program;
@@ -135,14 +138,15 @@ function showRoom(): void {
     if (target.textContent !== text) target.textContent = text;
   };
   say("title", room.title);
-  say("status", room.status.replace(/ {4}/g, "  \u00b7  "));
+  showRooms();
+  const status = missingRoom && room.here ? `there is no room "${missingRoom}"; this is ${room.here}    ${room.status}` : room.status;
+  say("status", status.replace(/ {4}/g, "  \u00b7  "));
   document.title = `${room.title} \u2013 Palpate`;
   document.body.classList.toggle("stale", room.live && !room.heard);
   if (!room.live) showLink("replay", room.playing ? "playing" : "paused");
   else if (room.heard) showLink("live", "live");
-  else showLink("waiting", shape ? "server silent" : "waiting");
+  else showLink("waiting", room.refused ? "refused" : shape ? "server silent" : "waiting");
   showTask(room.task);
-  showRooms();
   showNotes();
   showFigures();
   if (recording) {
@@ -169,7 +173,9 @@ function showRooms(): void {
   select.value = room!.here ?? "";
   const wish = wishedRoom;
   wishedRoom = "";
-  if (wish && wish !== room!.here && names.includes(wish)) request({ room: wish });
+  if (!wish) return;
+  missingRoom = names.includes(wish) ? "" : wish;
+  if (!missingRoom && wish !== room!.here) request({ room: wish });
 }
 
 /** The list, with times of day of what happens now, and those of a recording since its beginning. */
@@ -214,6 +220,7 @@ function showTask(task: Task | undefined): void {
       const needle = document.createElement("div");
       needle.className = "needle";
       needle.style.left = place(hand.force_n);
+      if (hand.force_n > most) needle.dataset.beyond = `more than ${Number(most.toPrecision(3))} N`;
       needle.append(markElement(marks.of(hand.station)));
       band.append(needle);
     }
@@ -226,7 +233,7 @@ function showTask(task: Task | undefined): void {
       name.className = "name";
       name.textContent = hand.station;
       const score = document.createElement("b");
-      score.textContent = hand.finished ? `score ${hand.score.toFixed(0)}` : `${hand.score.toFixed(0)} of 100`;
+      score.textContent = `${hand.finished ? "done: " : ""}${hand.score.toFixed(0)} of 100`;
       const bar = document.createElement("progress");
       bar.value = hand.done;
       bar.setAttribute("aria-label", `${hand.station}: ${hand.text}`);
@@ -264,7 +271,7 @@ function number(value: number | null | undefined, digits: number): string {
   return value === null || value === undefined ? "\u2013" : value.toFixed(value >= 10 ? 0 : digits);
 }
 
-function stationElement(name: string, facts: Station | undefined, force: number | null): HTMLElement {
+function stationElement(name: string, facts: Station | undefined, tool: Tool | undefined): HTMLElement {
   const box = document.createElement("article");
   box.className = "station";
   box.dataset.station = name;
@@ -273,13 +280,13 @@ function stationElement(name: string, facts: Station | undefined, force: number 
   const title = document.createElement("span");
   title.className = "name";
   title.textContent = title.title = name;
-  const felt = document.createElement("span");
-  felt.className = "force";
-  felt.textContent = force === null ? "\u2013" : force.toFixed(2);
+  const force = document.createElement("span");
+  force.className = "force";
+  force.textContent = felt.get(name) ?? "\u2013";
   const unit = document.createElement("small");
   unit.textContent = " N";
-  felt.append(unit);
-  who.append(markElement(marks.of(name)), title, felt);
+  force.append(unit);
+  who.append(markElement(marks.of(name)), title, force);
   box.append(who);
   if (facts && room?.heard) {
     const note = document.createElement("p");
@@ -291,7 +298,7 @@ function stationElement(name: string, facts: Station | undefined, force: number 
       figure("round trip", number(facts.rtt_ms, 1), "ms"),
       figure("jitter", number(facts.jitter_ms, 1), "ms"),
       figure("loss", number(facts.loss_pct, 1), "%"),
-      figure("patch age", number(facts.age_ms, 0), "ms"),
+      figure("patch age", number(tool?.contact ? facts.age_ms : null, 0), "ms"),
     );
     if (facts.late !== undefined) links.append(figure("late ticks", String(facts.late)));
     box.append(note, links);
@@ -304,20 +311,25 @@ function showFigures(): void {
   figuresAt = performance.now();
   figuresDue = false;
   const tools = shape?.tools ?? [];
+  felt.clear();
+  for (const tool of tools) felt.set(tool.station, Math.hypot(...tool.force).toFixed(2));
+  showLabels();
   const names = [...new Set([...tools.map((tool) => tool.station), ...room.stations.map((station) => station.name)])];
+  marks.see(names);
   names.sort((a, b) => marks.placeOf(a) - marks.placeOf(b));
   const list = element("stations");
   if (names.length === 0) {
     const nobody = document.createElement("p");
     nobody.className = "nobody";
-    nobody.textContent = room.live && !room.heard ? "not known while the server is silent" : "nobody touches the body";
+    nobody.textContent = room.refused ? "not known, as the server refuses this page"
+      : room.live && !room.heard ? "not known while the server is silent" : "nobody touches the body";
     list.replaceChildren(nobody);
   } else {
     list.replaceChildren(
       ...names.map((name) => {
         const tool = tools.find((other) => other.station === name);
         const facts = room?.stations.find((station) => station.name === name);
-        return stationElement(name, facts, tool ? Math.hypot(...tool.force) : null);
+        return stationElement(name, facts, tool);
       }),
     );
   }
@@ -357,7 +369,7 @@ function showLabels(): void {
       else box.append(made);
       target = made;
     }
-    target.lastElementChild!.textContent = label.tool.contact ? `${Math.hypot(...label.tool.force).toFixed(2)} N` : "free";
+    target.lastElementChild!.textContent = label.tool.contact && felt.has(name) ? `${felt.get(name)} N` : "free";
     const { offsetWidth: width, offsetHeight: height } = target;
     const x = Math.min(Math.max(label.x + 16, 4), box.clientWidth - width - 4);
     let y = Math.min(Math.max(label.y - 14, 4), box.clientHeight - height - 4);
@@ -489,6 +501,7 @@ element("summarise").addEventListener("click", summarise);
 element("room").addEventListener("change", () => {
   const select = element<HTMLSelectElement>("room");
   select.blur();
+  missingRoom = "";
   history.replaceState(null, "", `#${new URLSearchParams({ room: select.value })}`);
   request({ room: select.value });
 });

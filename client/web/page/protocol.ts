@@ -65,6 +65,7 @@ export interface Room {
   status: string;
   live: boolean;
   heard: boolean;
+  refused?: boolean; // true: the server refuses this page, for the reason in `status`
   t: number;
   speed: number;
   playing: boolean;
@@ -87,6 +88,7 @@ export interface Recording {
   course: number[];
   force_max_n: number;
   displacement_max_m: number;
+  hands: string[]; // those with a tool, in the order in which they came
 }
 
 export interface Hello {

@@ -19,8 +19,17 @@ export interface Mark {
 }
 
 export class Marks {
-  private order: string[] = [];
-  constructor(private readonly colors: string[]) {}
+  private readonly order: string[];
+
+  /** `known`: stations whose order is known beforehand. */
+  constructor(private readonly colors: string[], known: string[] = []) {
+    this.order = [...known];
+  }
+
+  /** Gives places to stations that have none yet, in this order. */
+  see(stations: string[]): void {
+    for (const station of stations) this.placeOf(station);
+  }
 
   /** A station's place: it stays while the page is open, whoever else comes and goes. */
   placeOf(station: string): number {

@@ -235,11 +235,12 @@ TEST_CASE("A browser gets the viewer's own colours, and the extent of a recordin
   CHECK(same(palette.front(), displacement_color(0)));
   CHECK(same(palette.back(), displacement_color(1)));
   CHECK(same(live["stations"][1].get<std::string>(), station_color(1)));
-  const json played =
-      json::parse(hello_message({.program = "p", .live = false, .begin_s = 1.5, .end_s = 9, .course = {0, 0.5F, 1}}));
+  const json played = json::parse(hello_message(
+      {.program = "p", .live = false, .begin_s = 1.5, .end_s = 9, .course = {0, 0.5F, 1}, .hands = {"ben", "anna"}}));
   CHECK(played["recording"]["begin"] == 1.5);
   CHECK(played["recording"]["end"] == 9);
   CHECK(played["recording"]["course"] == json({0.0, 0.5, 1.0}));
+  CHECK(played["recording"]["hands"] == json({"ben", "anna"}));
 }
 
 TEST_CASE("The plot's past has a point for each value", "[web]") {

@@ -100,6 +100,13 @@ function heldPress(work, name, x, y, from, to) {
   return file;
 }
 
+/** The colour and shape of each hand's mark in its panel. */
+const marksOf = (page) =>
+  page.evaluate(() => Object.fromEntries([...document.querySelectorAll(".station")].map((station) => {
+    const mark = station.querySelector(".mark path");
+    return [station.dataset.station, `${mark.getAttribute("fill")} ${mark.getAttribute("d")}`];
+  })));
+
 async function checkLive(browser, work) {
   const port = await freePort();
   const recording = join(work, "session.rec");
@@ -118,6 +125,14 @@ async function checkLive(browser, work) {
         "--duration-s", "600"),
   );
   await page.waitForSelector('[data-station="or 3"] .links');
+  // Panel and label have one number, of one moment.
+  await page.waitForFunction(() => {
+    const [felt, label] = [".station .force", ".label b"].map((place) => document.querySelector(place.replace(" ", '[data-station="or 3"] '))?.textContent ?? "");
+    window.compared ??= { equal: 0, apart: [] };
+    if (/N$/.test(label)) felt === label ? (window.compared.equal += 1) : window.compared.apart.push([felt, label]);
+    return window.compared.equal + window.compared.apart.length > 50;
+  });
+  assert.deepEqual(await page.evaluate(() => window.compared.apart), []);
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force').textContent) > 0.3);
   await page.waitForFunction(() => /N$/.test(document.querySelector('.label[data-station="or 3"] b')?.textContent ?? ""));
   await page.waitForSelector('[data-station="fellow"] .links');
@@ -125,6 +140,9 @@ async function checkLive(browser, work) {
   await page.waitForFunction(() => !document.querySelector('[data-station="or 3"] .links').textContent.includes("round trip\u2013"));
   assert.match(await page.textContent('[data-station="or 3"] .note'), /port|hyper/);
   assert.match(await page.getAttribute("#plot", "aria-label"), /or 3: \d+\.\d\d N now/);
+  assert.match(await page.textContent('[data-station="or 3"] .links'), /patch age\d+ ms/);
+  const marks = await marksOf(page);
+  assert.equal(new Set(Object.values(marks)).size, 2);
   await page.screenshot({ path: join(out, "live-light.png") });
 
   // Notes: by keyboard, with words, and by a click, without.
@@ -190,7 +208,22 @@ async function checkLive(browser, work) {
   for (const hand of hands) await hand.end();
   await again.program.end();
   await body.end();
-  return recording;
+  return { recording, marks };
+}
+
+/** A server that refuses the page: browser and terminal say so, with the reason. */
+async function checkRefused(browser) {
+  const port = await freePort();
+  const body = await server(port);
+  const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`, "--room", "nope");
+  const page = await open(browser, address, { viewport: { width: 1280, height: 800 } });
+  await page.waitForFunction(() => document.querySelector(".nobody")?.textContent === "not known, as the server refuses this page");
+  assert.equal(await page.textContent("#link"), "refused");
+  const [, reason] = await program.waitFor(/palpate-web: 127\.0\.0\.1:\d+ refuses: (.+)\n/);
+  assert.equal(await page.textContent("#status"), reason);
+  await page.close();
+  await program.end();
+  await body.end();
 }
 
 /** A server with two rooms: each page chooses its own, and the trainee's task is scored. */
@@ -207,6 +240,9 @@ async function checkRooms(browser, work) {
     "--station", "trainee", "--motion", motion, "--duration-s", "600");
   await page.waitForFunction(() => document.getElementById("title").textContent === "press and hold");
   await other.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");
+  const lost = await open(browser, `${address}#room=nope`, size);
+  await lost.waitForFunction(() => /^there is no room "nope"; this is training  \u00b7/.test(document.getElementById("status").textContent));
+  await lost.close();
   await page.waitForSelector("#room-choice:not([hidden])");
   assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube", "cut"]);
   assert.equal(await page.inputValue("#room"), "training");
@@ -264,7 +300,7 @@ async function checkTask(browser, recording) {
   await program.end();
 }
 
-async function checkReplay(browser, work, recording) {
+async function checkReplay(browser, work, recording, marks) {
   const { program, address } = await web(ANY_PORT, "--recording", recording);
   const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
   await page.waitForSelector("#link[data-state=replay]");
@@ -280,6 +316,7 @@ async function checkReplay(browser, work, recording) {
   await page.waitForFunction((least) => Number(document.getElementById("seek").value) > least, 0.75 * length);
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force')?.textContent) >= 0);
   await page.waitForFunction(() => /or 3/.test(document.getElementById("plot").getAttribute("aria-label")));
+  assert.deepEqual(await marksOf(page), marks, "hands have the marks that they had live");
   const at = Number(await page.inputValue("#seek"));
   await page.locator("#body").focus();
   await page.keyboard.press(".");
@@ -305,6 +342,7 @@ async function checkReplay(browser, work, recording) {
   await page.waitForFunction(() => document.querySelector("#notes li:nth-child(1) [aria-current]"));
   await page.keyboard.press("n");
   await page.waitForFunction((t) => Math.abs(Number(document.getElementById("seek").value) - t) < 0.06, second);
+  await page.evaluate(() => document.activeElement.blur());
   await page.screenshot({ path: join(out, "replay-notes.png") });
 
   // The summary has what palpate-lab prints.
@@ -373,8 +411,9 @@ const browser = await chromium.launch({
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
 });
 try {
-  const recording = await checkLive(browser, work);
-  await checkReplay(browser, work, recording);
+  const { recording, marks } = await checkLive(browser, work);
+  await checkReplay(browser, work, recording, marks);
+  await checkRefused(browser);
   await checkTask(browser, await checkRooms(browser, work));
   await checkPassword(browser, work, recording);
   console.log(`screenshots are in ${out}`);
