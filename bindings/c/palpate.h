@@ -40,8 +40,7 @@ const char* palpate_version(void);
 /* Text of this thread's last error; empty before the first. */
 const char* palpate_error(void);
 
-/* --- scenes ------------------------------------------------------------------------------------------------------------------
- */
+/* --- scenes --- */
 
 typedef struct palpate_scene palpate_scene;
 
@@ -55,8 +54,7 @@ int palpate_scene_vertices(const palpate_scene* scene, const double** positions,
 /* Outer surface: *count triangles of three vertices, counter-clockwise seen from outside. Until _free(). */
 int palpate_scene_triangles(const palpate_scene* scene, const uint32_t** triangles, size_t* count);
 
-/* --- a body and its tools in this process, in virtual time
- * ---------------------------------------------------------------------- */
+/* --- a body and its tools in this process, in virtual time --- */
 
 typedef struct palpate_body palpate_body;
 
@@ -97,8 +95,7 @@ int palpate_body_tool(const palpate_body* body, uint32_t id, palpate_tool* tool)
 /* Positions of all vertices at the end of the last step. Until the next step. */
 int palpate_body_shape(const palpate_body* body, const double** positions, size_t* count);
 
-/* --- a patch, a tick at a time
- * ---------------------------------------------------------------------------------------------------- */
+/* --- a patch, a tick at a time --- */
 
 typedef struct palpate_player palpate_player;
 
@@ -108,8 +105,7 @@ void palpate_player_free(palpate_player* player);
 /* Moves the tool to `position`, 1 ms later. A position that is not finite counts as a tool that stands still. */
 int palpate_player_tick(palpate_player* player, const double position[3], double force[3], int32_t* contact);
 
-/* --- a station at a server
- * ------------------------------------------------------------------------------------------------------- */
+/* --- a station at a server --- */
 
 typedef struct palpate_client palpate_client;
 
@@ -147,8 +143,7 @@ int palpate_client_home(const palpate_client* client, double home[3]);
  * tick it gives that again. A position that is not finite or beyond 10 m counts as a tool that stands still. */
 int palpate_client_tick(palpate_client* client, const double position[3], palpate_tick* tick);
 
-/* --- a server of bodies in this process
- * ------------------------------------------------------------------------------------------ */
+/* --- a server of bodies in this process --- */
 
 typedef struct palpate_server palpate_server;
 
@@ -171,8 +166,7 @@ int palpate_server_address(const palpate_server* server, const char** address);
 /* PALPATE_FAILED when no body could continue, with the reason: nobody is served any more. */
 int palpate_server_check(const palpate_server* server);
 
-/* --- a viewer at a server
- * ---------------------------------------------------------------------------------------------------------- */
+/* --- a viewer at a server --- */
 
 typedef struct palpate_viewer palpate_viewer;
 

@@ -12,7 +12,8 @@ namespace palpate {
 namespace {
 
 void check_points(const std::vector<MotionPoint>& points, const std::string& name) {
-  if (points.size() < 2) throw InputError(name, std::to_string(points.size()) + " points", "at least 2");
+  if (points.size() < 2)
+    throw InputError(name, std::to_string(points.size()) + (points.size() == 1 ? " point" : " points"), "at least 2");
   double before = -1;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const MotionPoint& point = points[i];
