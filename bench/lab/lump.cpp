@@ -215,7 +215,8 @@ void add_lump(CLI::App& app, Run& run) {
   CLI::App* c =
       app.add_subcommand("lump", "find the smallest lump that a model observer feels, over its stiffness and the round trip");
   c->add_flag("--quick", flags->quick, "use three diameters and two ratios instead of six and four");
-  c->add_option("--weber", flags->weber, "Weber fraction of stiffness; 0.08 to 0.23 were measured")->check(CLI::Range(0.01, 1.0));
+  c->add_option("--weber", flags->weber, "Weber fraction of stiffness; 0.08 to 0.23 were measured")
+      ->check(number_from(0.01, 1.0));
   flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv, summary.json and lump.svg")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_lump(*flags); }; });

@@ -81,13 +81,20 @@ class Exporter {
   }
   void add(const TaskAttempt& a) {
     const TaskProgress& p = a.progress;
+    const auto& goal = recording_.head().task->goal;
+    const bool presses = std::holds_alternative<PressTask>(goal), traces = std::holds_alternative<TraceTask>(goal);
+    const auto cell = [](bool applies, const char* format, double value) {
+      return applies ? fmt::format(fmt::runtime(format), value) : std::string();
+    };
     const Vec3 mark = p.mark.value_or(Vec3::Zero());
+    const auto mark_cell = [&](Eigen::Index k) { return cell(p.mark.has_value(), "{:.9f}", mark[k]); };
     tables_.row(
         "tasks.csv",
         "station,attempt,begin_s,task,score,done,time_s,force_max_n,held_s,traced_m,within,miss_m,mark_x_m,mark_y_m,mark_z_m",
-        "\"{}\",{},{:.6f},{},{:.2f},{:.4f},{:.3f},{:.6g},{:.3f},{:.6f},{:.4f},{:.6f},{:.9f},{:.9f},{:.9f}", in_table(a.station),
-        a.number, a.begin_s, kind_of(*recording_.head().task), p.score, p.done, p.time_s, p.force_max_n, p.held_s, p.traced_m,
-        p.within, p.miss_m, mark.x(), mark.y(), mark.z());
+        "\"{}\",{},{:.6f},{},{:.2f},{:.4f},{:.3f},{:.6g},{},{},{},{},{},{},{}", in_table(a.station), a.number, a.begin_s,
+        kind_of(*recording_.head().task), p.score, p.done, p.time_s, p.force_max_n, cell(presses, "{:.3f}", p.held_s),
+        cell(traces, "{:.6f}", p.traced_m), cell(traces, "{:.4f}", p.within), cell(p.mark.has_value(), "{:.6f}", p.miss_m),
+        mark_cell(0), mark_cell(1), mark_cell(2));
   }
   std::size_t close() { return tables_.close(); }
   const StationFolders& folders() const { return folders_; }

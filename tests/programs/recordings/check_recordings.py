@@ -264,6 +264,8 @@ def check_task(programs, scenes, work):
         attempt, = json.loads((out / "summary.json").read_text())["stations"]["anna"]["attempts"]
         row, = lines_of(out / "tasks.csv")
         assert row["station"] == "anna" and row["task"] == task and abs(float(row["score"]) - attempt["score"]) < 0.01
+        other = ("miss_m", "mark_x_m", "traced_m", "within") if task == "press" else ("held_s", "traced_m", "within")
+        assert not any(row[figure] for figure in other), row
         assert "attempt 1 scores" in said and json.loads((out / "summary.json").read_text())["task"]["kind"] == task
         forces = column(lines_of(out / "anna" / "forces.csv"), "t_s", "fx_n", "fy_n", "fz_n", "contact", "x_m", "y_m", "z_m")
         size = numpy.linalg.norm(forces[:, 1:4], axis=1)
