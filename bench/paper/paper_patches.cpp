@@ -152,9 +152,9 @@ std::optional<Patch> PaperPatches::reduce(const Reduced& body, const Room::Origi
     std::vector<double> x;
     skin_.place(at.body.x, x);
     const int vertices = max_port_vertices(patch.modes(), kMaxPortTriangles, false, 0, 0);
+    const ContactPath path{port.point, seconds(horizon) * held.tool_velocity};
     cut_port_surface(
-        skin_, x, [&](std::uint32_t i) { return rows(i, v); }, port.point, seconds(horizon) * held.tool_velocity, vertices,
-        vertices, patch);
+        skin_, x, [&](std::uint32_t i) { return rows(i, v); }, {&path, 1}, vertices, vertices, patch);
   }
   leave_room_for_rounding(patch);
   return patch;

@@ -21,7 +21,7 @@
 //     gap_o(t) = gap_o* + v_o t' + a_o t'^2 / 2 - R_o q,   t' = min(t - t*, load_for)
 // A tool with a body (tool_shape.hpp) has a contact for each of its spheres near the surface: the most loaded one is that at w,
 //     with its sphere's lowest point in the tool's place, h + R a - r n; the others are the first `own` of these contacts, which
-//     move with the tool instead of v_o and a_o, by h + R a_j - (h* + R* a_j); with F_j their forces on the tool,
+//     move with the tool, by h + R a_j - (h* + R* a_j), on the surface where that has their point; with F_j their forces on it,
 //     force = sum_j F_j,   torque about h = sum_j (R a_j - r_j n_j) x F_j
 //
 // A needle (needle.hpp) has contacts along its path in the body instead: at the tip and at the points x_j of the path,

@@ -162,9 +162,18 @@ double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noex
 }
 
 bool on_open_edge(const SurfaceView& s, const SurfacePoint& p) noexcept {
-  bool open = false;
-  for (int k = 0; k < 3; ++k) open |= p.weight[k] <= 0 && (s.open[p.triangle] >> k & 1);
-  return open;
+  const auto open = [&](std::uint32_t triangle, int k) { return (s.open[triangle] >> k & 1) != 0; };
+  for (int k = 0; k < 3; ++k)
+    if (p.weight[k] <= 0 && open(p.triangle, k)) return true;
+  // At a corner, the edges of all triangles around it.
+  for (int k = 0; k < 3; ++k) {
+    if (p.weight[(k + 1) % 3] > 0 || p.weight[(k + 2) % 3] > 0) continue;
+    const std::uint32_t corner = s.triangles[p.triangle][static_cast<std::size_t>(k)];
+    for (const std::uint32_t t : s.incident.subspan(s.first[corner], s.first[corner + 1] - s.first[corner]))
+      for (int i = 0; i < 3; ++i)
+        if (s.triangles[t][static_cast<std::size_t>(i)] != corner && open(t, i)) return true;
+  }
+  return false;
 }
 
 NearestPoint nearest_point(const SurfaceView& s, Positions x, const Vec3& query) noexcept {

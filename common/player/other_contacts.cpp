@@ -4,8 +4,13 @@
 #include <span>
 
 namespace palpate {
+namespace {
 
-OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double dt_s)
+constexpr double kOnSurfaceM = 5e-4;  // a point further from the piece of surface is one beyond it
+
+}  // namespace
+
+OtherContacts::OtherContacts(const Patch& patch, const PlayedSurface& surface, const StateInput& psi0, double dt_s)
     : count_(patch.others.count),
       own_(patch.others.own),
       at_stamp_(patch.tool, patch.turn.value_or(Rotation::Identity())),
@@ -18,19 +23,35 @@ OtherContacts::OtherContacts(const Patch& patch, const StateInput& psi0, double 
     contact.touching = contact.tool.touching;
     contact.push.response = psi0 * contact.tool.rows.transpose();
     contact.push.set_compliance(contact.tool.rows, parameters_.contact_stiffness_n_m, contact.tool.c_static);
-    if (!contact.touching) continue;
-    // At the stamp the modes are at zero, so c_static alone determines the push.
-    const ContactClosure at_stamp =
-        close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, parameters_);
-    contact.push.lambda = at_stamp.lambda;
+    if (contact.touching) {
+      // At the stamp the modes are at zero, so c_static alone determines the push.
+      const ContactClosure at_stamp =
+          close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, parameters_);
+      contact.push.lambda = at_stamp.lambda;
+    }
+    if (static_cast<int>(j) < own_) find_on(surface, contact);
   }
+}
+
+void OtherContacts::find_on(const PlayedSurface& surface, Contact& contact) const {
+  if (surface.empty() || !surface.has_modes()) return;
+  const OtherContact& at_stamp = contact.tool;
+  const Vec3 centre = at_stamp_.centre_of(at_stamp.sphere);
+  const Vec3 lowest = centre - at_stamp.sphere.radius_m * at_stamp.normal;
+  const Vec3 point = lowest - at_stamp.gap + at_stamp.c_static * contact.push.lambda;
+  const NearestPoint nearest = nearest_point(surface.view(), surface.positions(), point);
+  if (nearest.at_border || (nearest.position - point).norm() > kOnSurfaceM) return;
+  contact.on_surface = true;
+  contact.surface = SurfaceContact(nearest.point, contact.touching);
+  contact.surface.separate(surface, centre - nearest.position);
+  contact.surface.respond(surface, parameters_.contact_stiffness_n_m, contact.push);
 }
 
 void OtherContacts::carry_on(StateVector& next) const noexcept {
   for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(count_))) contact.push.carry_on(next);
 }
 
-void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept {
+void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose& tool, PlayedSurface& surface) noexcept {
   const auto contacts = std::span(contacts_).first(static_cast<std::size_t>(count_));
   ++steps_;
   ModeVector q = z.head(own.size()) + own;
@@ -40,9 +61,16 @@ void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose&
     Contact& contact = contacts[j];
     const OtherContact& other = contact.tool;
     q -= contact.push.moved();
-    close(contact, q,
-          static_cast<int>(j) < own_ ? Vec3(tool.centre_of(other.sphere) - at_stamp_.centre_of(other.sphere))
-                                     : Vec3(t * other.velocity + (0.5 * t * t) * other.acceleration));
+    if (contact.on_surface) {
+      surface.place(q);
+      contact.surface.close(surface, tool.centre_of(other.sphere), other.sphere.radius_m, parameters_, contact.push);
+      contact.touching = contact.surface.touching();
+      if (contact.touching) contact.tool.normal = contact.surface.normal();
+    } else {
+      close(contact, q,
+            static_cast<int>(j) < own_ ? Vec3(tool.centre_of(other.sphere) - at_stamp_.centre_of(other.sphere))
+                                       : Vec3(t * other.velocity + (0.5 * t * t) * other.acceleration));
+    }
     q += contact.push.moved();
     contact.push.add_to(z);
   }

@@ -9,8 +9,12 @@
 // step (one sweep of block Gauss-Seidel a step, which converges because the compliance of all contacts together is positive
 // definite). Where a tool comes down its point is below it: slid_j takes up the tangential part of the gap.
 //
+// A sphere of the tool's own body whose point is on the patch's piece of surface is a contact there instead, which slides with
+// its rows and its normal (surface_contact.hpp), without c_static,j; only where the piece does not reach it is on a plane as
+// above.
+//
 // Shapes and units: r modes; R_j 3 x r [kg^-1/2], Psi0 2 r x r; gap, slid 3 [m], v, a [m/s], [m/s^2]; lambda 3 [N]; C 3 x 3
-// [m/N]. What can go wrong: the point slides on a plane, and the modes move it as they move the point of the stamp. Source: of
+// [m/N]. What can go wrong: on a plane the modes move the point as they move that of the stamp, wherever it slides. Source: of
 // the sweep, Golub and Van Loan, Matrix Computations (2013), 11.2.
 #pragma once
 
@@ -20,6 +24,7 @@
 #include "common/patch/contact_law.hpp"
 #include "common/patch/patch.hpp"
 #include "common/player/port_push.hpp"
+#include "common/player/surface_contact.hpp"
 
 namespace palpate {
 
@@ -27,13 +32,14 @@ class OtherContacts {
  public:
   OtherContacts() = default;
   /// Starts at the stamp. `psi0`: that of a step of `dt_s`.
-  OtherContacts(const Patch& patch, const StateInput& psi0, double dt_s);
+  OtherContacts(const Patch& patch, const PlayedSurface& surface, const StateInput& psi0, double dt_s);
   bool empty() const { return count_ == 0; }
   /// Adds the pushes of the step before to the coming step: sum s_j Psi0 R_j^T lambda_j.
   void carry_on(StateVector& next) const noexcept;
   /// Closes the contacts at the end of a step, with the tool there. `z`: the state there without any contact's push in this step;
-  /// the other tools' pushes are added to it. `own`: contribution of the tool's own contact to q, one step old.
-  void close(StateVector& z, const ModeVector& own, const ToolPose& tool) noexcept;
+  /// the other tools' pushes are added to it. `own`: contribution of the tool's own contact to q, one step old. Leaves `surface`
+  /// placed anywhere.
+  void close(StateVector& z, const ModeVector& own, const ToolPose& tool, PlayedSurface& surface) noexcept;
   /// Returns lambda_j, the force on the body [N].
   const Vec3& push(int j) const { return contacts_[static_cast<std::size_t>(j)].push.lambda; }
   /// Adds force [N] and torque about the tool point [N m] on a tool whose other spheres touch. Returns true if any does.
@@ -44,8 +50,12 @@ class OtherContacts {
     OtherContact tool;
     PortPush push;
     bool touching = false;
-    Vec3 slid = Vec3::Zero();
+    bool on_surface = false;
+    SurfaceContact surface;    // if on_surface
+    Vec3 slid = Vec3::Zero();  // if not
   };
+  /// Moves a sphere of the tool's own body to the piece of surface, if that reaches its point at the stamp.
+  void find_on(const PlayedSurface& surface, Contact& contact) const;
   void close(Contact& contact, const ModeVector& q, const Vec3& displacement) const noexcept;
 
   int count_ = 0, own_ = 0;

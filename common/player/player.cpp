@@ -56,41 +56,21 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
       transition_ = p.phi;
     }
   }
-  const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
-  const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
-  connect_surface({patch_.surface.triangles.data(), triangles}, vertices, {first_.data(), vertices + 1},
-                  {incident_.data(), 3 * triangles}, {open_.data(), triangles});
-  rest_.resize(static_cast<Eigen::Index>(3 * vertices));
-  rows_.resize(rest_.size(), r);
-  for (std::size_t i = 0; i < vertices; ++i) {
-    const auto at = static_cast<Eigen::Index>(3 * i);
-    rest_.segment<3>(at) = patch_.surface.vertices[i].position;
-    if (r > 0) rows_.middleRows<3>(at) = patch_.surface.vertices[i].rows;
-  }
-  if (patch.contact == ContactKind::touch && r > 0) responses_ = psi0_ * rows_.transpose();
-  vertices_ = rest_;
-  lean_.fill(Vec3::Zero());
-  for (std::uint32_t i = 0; i < vertices; ++i) {
-    const Vec3& normal = patch_.surface.vertices[i].normal;
-    if (normal.squaredNorm() > 0) lean_[i] = normal - vertex_normal(surface(), positions(), i);
-  }
-  touching_ = patch.touching && !patch.needle.tip.inside;
-  point_ = patch.point;
-  carried_ = StateVector::Zero(2 * r);
+  tool_ = {patch.tool, patch.turn.value_or(Rotation::Identity())};
   if (patch.contact == ContactKind::touch) {
-    others_ = OtherContacts(patch, psi0_, dt_);
+    surface_ = PlayedSurface(patch_.surface, r, psi0_);
+    contact_ = SurfaceContact(patch.point, patch.touching && !patch.needle.tip.inside, patch.c_static);
+    others_ = OtherContacts(patch, surface_, psi0_, dt_);
     needle_ = NeedleContacts(patch, psi0_);
-    if (touching_ && r > 0) {
-      update_response();
-      push_ = -patch.force;
-      for (int j = 0; j < patch.others.own; ++j) push_ -= others_.push(j);
-      carried_.noalias() = share_before_ * (response_ * push_);
+    push_.response.setZero(2 * r, 3);
+    if (contact_.touching() && r > 0) {
+      contact_.respond(surface_, patch.contact_stiffness_n_m, push_);
+      push_.lambda = -patch.force;
+      for (int j = 0; j < patch.others.own; ++j) push_.lambda -= others_.push(j);
     }
+    if (!surface_.empty()) contact_.separate(surface_, tool_.centre_of(patch.sphere) - contact_.place(surface_));
   }
   time_ = patch.stamp;
-  tool_ = {patch.tool, patch.turn.value_or(Rotation::Identity())};
-  if (patch.contact == ContactKind::touch && triangles > 0)
-    separate(tool_.centre_of(patch.sphere) - position_at(surface(), positions(), point_));
   output_ = {patch.force, patch.touching, patch.torque};
   elastic_ = viscous_ = NonlinearForce::Variables::Zero(patch.contact == ContactKind::attach ? r + 3 : r);
   if (patch.fading.count > 0 && r > 0) {
@@ -211,59 +191,21 @@ void PatchPlayer::fade(const Vec3& displacement) noexcept {
   }
 }
 
-SurfaceView PatchPlayer::surface() const noexcept {
-  const auto vertices = static_cast<std::size_t>(patch_.surface.vertex_count);
-  const auto triangles = static_cast<std::size_t>(patch_.surface.triangle_count);
-  return {{patch_.surface.triangles.data(), triangles},
-          {first_.data(), vertices + 1},
-          {incident_.data(), 3 * triangles},
-          {open_.data(), triangles},
-          {lean_.data(), vertices}};
-}
-
-Positions PatchPlayer::positions() const noexcept { return {vertices_.data(), static_cast<std::size_t>(vertices_.size())}; }
-
-void PatchPlayer::place_vertices() noexcept {
-  vertices_ = rest_;
-  if (patch_.modes() > 0) vertices_.noalias() += rows_ * z_.head(patch_.modes());
-}
-
-PortRows PatchPlayer::rows_at(const SurfacePoint& point) const noexcept {
-  assert(point.triangle < static_cast<std::uint32_t>(patch_.surface.triangle_count));
-  const Triangle& corners = patch_.surface.triangles[point.triangle];
-  PortRows rows = point.weight[0] * rows_.middleRows<3>(3 * corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) rows += point.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
-  return rows;
-}
-
-void PatchPlayer::update_response() noexcept {
-  has_response_ = true;
-  compliance_ = patch_.c_static;
-  const auto r = patch_.modes();
-  if (r == 0) return;
-  const PortRows rows = rows_at(point_);
-  const Triangle& corners = patch_.surface.triangles[point_.triangle];
-  response_ = point_.weight[0] * responses_.middleCols<3>(3 * corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) response_ += point_.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
-  const Mat3 moved = rows * response_.topRows(r);
-  share_before_ = share_of_next_step(patch_.contact_stiffness_n_m, moved);
-  compliance_ += (1 - share_before_) * moved;
-}
-
 void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
   const auto r = patch_.modes();
   if (r > 0) {
-    StateVector next = drift_ + carried_;
+    StateVector next = drift_;
+    push_.carry_on(next);
     if (has_forces()) next.noalias() += psi0_ * forces().tail(r);
     next.noalias() += transition_ * z_;
     if (!others_.empty()) others_.carry_on(next);
     if (!needle_.empty()) needle_.carry_on(next);
     z_ = next;
-    carried_.setZero();
   }
   close_others(tool);
   output_ = {};
   if (needle_.inside()) {
+    push_.lambda.setZero();
     needle_.close(z_, tool);
     output_.contact = needle_.inside();
     needle_.add(output_.force, output_.torque);
@@ -275,71 +217,32 @@ void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
   fade(Vec3::Zero());
 }
 
-/// Updates the other contacts; the tool's own contact pushes as in the step before, where it was then: has_response_ is about
-/// where it is now.
+/// Updates the other contacts; the tool's own contact pushes as in the step before, where it was then.
 void PatchPlayer::close_others(const ToolPose& tool) noexcept {
   if (others_.empty()) return;
   const auto r = patch_.modes();
   ModeVector own = ModeVector::Zero(r);
-  if (touching_ && r > 0) own.noalias() += (1 - share_before_) * (response_.topRows(r) * push_);
+  if (contact_.touching() && r > 0) own += push_.moved();
   if (needle_.inside()) own += needle_.moved();
-  others_.close(z_, own, tool);
-}
-
-void PatchPlayer::separate(const Vec3& gap) noexcept {
-  clearance_ = clearance_of(point_, gap, normal_at(surface(), positions(), point_));
-  clearance_.known &= beyond_.isZero(0);
+  others_.close(z_, own, tool, surface_);
 }
 
 void PatchPlayer::close_touch(const ToolPose& pose) noexcept {
-  place_vertices();
-  const SurfaceView view = surface();
-  const double radius_m = patch_.sphere.radius_m;
-  const Vec3 arm = pose.turn * patch_.sphere.centre, centre = pose.position + arm;
-  Vec3 normal = Vec3::Zero();
-  if (!touching_) {
-    const Onset onset = look_for_contact(view, positions(), centre, radius_m, clearance_);
-    if (!onset.touches || onset.nearest.at_border) return;
-    point_ = onset.nearest.point;
-    touching_ = true;
-    beyond_.setZero();
-    has_response_ = false;
-  }
-  const ContactParameters parameters{patch_.contact_stiffness_n_m, patch_.friction};
-  ContactClosure closure;
-  for (int slides = 0;; ++slides) {
-    if (!has_response_) update_response();
-    const Vec3 p_free = position_at(view, positions(), point_) + beyond_;
-    normal = normal_at(view, positions(), point_);
-    closure = close_contact(p_free, compliance_, normal, centre - radius_m * normal, parameters);
-    touching_ = closure.touching;
-    if (!touching_) return separate(centre - p_free);
-    if (closure.slip.squaredNorm() > 0) {
-      point_ = slide(view, positions(), point_, beyond_ + closure.slip);
-      beyond_ = beyond_border(view, positions(), point_, p_free + closure.slip);
-      has_response_ = false;
-    }
-    if (slides == kSlidesMax || closure.slip.norm() < kSlipToleranceM) break;
-  }
-  if (patch_.modes() > 0) {
-    carried_.noalias() = response_ * closure.lambda;
-    z_ += (1 - share_before_) * carried_;
-    carried_ *= share_before_;
-  }
-  push_ = closure.lambda;
-  output_ = {-push_, true, Vec3::Zero()};
-  if (patch_.turn) output_.torque = -(arm - radius_m * normal).cross(push_);
-  if (!needle_.punctures(push_, pose)) return;
-  needle_.enter(z_, position_at(view, positions(), point_) + beyond_);
-  touching_ = false;
-  clearance_ = {};
+  if (surface_.empty()) return;
+  const auto r = patch_.modes();
+  surface_.place(z_.head(r));
+  const Vec3 arm = pose.turn * patch_.sphere.centre;
+  contact_.close(surface_, pose.position + arm, patch_.sphere.radius_m, {patch_.contact_stiffness_n_m, patch_.friction}, push_);
+  if (!contact_.touching()) return;
+  if (r > 0) push_.add_to(z_);
+  output_ = {-push_.lambda, true, Vec3::Zero()};
+  if (patch_.turn) output_.torque = -(arm - patch_.sphere.radius_m * contact_.normal()).cross(push_.lambda);
+  if (!needle_.punctures(push_.lambda, pose)) return;
+  needle_.enter(z_, contact_.place(surface_));
+  contact_.leave();
 }
 
-Vec3 PatchPlayer::vertex(int i) const {
-  Vec3 at = rest_.segment<3>(3 * i);
-  if (patch_.modes() > 0) at += rows_.middleRows<3>(3 * i) * z_.head(patch_.modes());
-  return at;
-}
+Vec3 PatchPlayer::vertex(int i) const { return surface_.vertex(i, z_.head(patch_.modes())); }
 
 double PatchPlayer::energy() const {
   const auto r = patch_.modes();

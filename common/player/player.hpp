@@ -36,11 +36,11 @@
 #include "common/base/types.hpp"
 #include "common/patch/contact_law.hpp"
 #include "common/patch/nonlinear_terms.hpp"
-#include "common/patch/onset.hpp"
 #include "common/patch/patch.hpp"
 #include "common/player/needle_contacts.hpp"
 #include "common/player/other_contacts.hpp"
 #include "common/player/propagator.hpp"
+#include "common/player/surface_contact.hpp"
 
 namespace palpate {
 
@@ -85,18 +85,12 @@ class PatchPlayer {
   void step_touch(const ToolPose& tool) noexcept;
   void close_others(const ToolPose& tool) noexcept;
   void close_touch(const ToolPose& pose) noexcept;
-  void separate(const Vec3& gap) noexcept;
   void grow_load() noexcept;
   void fade(const Vec3& displacement) noexcept;
   /// Force on (d, q) or q in addition to the linear patch's: of terms, and of relaxed stress.
   NonlinearForce::Variables forces() const noexcept;
   bool has_forces() const { return !nonlinear_.empty() || fading_.size() > 0; }
   void bend(const Vec3& displacement, const Vec3& velocity) noexcept;
-  void place_vertices() noexcept;
-  PortRows rows_at(const SurfacePoint& point) const noexcept;
-  void update_response() noexcept;
-  SurfaceView surface() const noexcept;
-  Positions positions() const noexcept;
 
   Patch patch_;
   NonlinearForce nonlinear_;
@@ -118,32 +112,14 @@ class PatchPlayer {
   std::array<NonlinearForce::Variables, kMaxPronyBranches> faded_;  // s_k, half a step ahead
   std::array<double, kMaxPronyBranches> stays_{};                   // exp(-dt / time_k)
 
-  std::array<std::uint32_t, kMaxPortVertices + 1> first_{};
-  std::array<std::uint32_t, 3 * kMaxPortTriangles> incident_{};
-  std::array<std::uint8_t, kMaxPortTriangles> open_{};
-  std::array<Vec3, kMaxPortVertices> lean_;
-
   StateVector z_;
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxPortVertices, 1> rest_, vertices_;  // at the stamp; at the end of the
-                                                                                          // step, without its contact force
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxPortVertices, kMaxModes> rows_;  // all R_i
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, 3 * kMaxPortVertices>
-      responses_;  // Psi0 R_i^T
-  // Response of the body to lambda at point_; a point that sticks keeps it.
-  bool has_response_ = false;
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response_;  // Psi0 R^T
-  double share_before_ = 0;                                                            // s
-  StateVector carried_;                                                                // s Psi0 R^T lambda, for the next step
+  PlayedSurface surface_;
+  SurfaceContact contact_;
+  PortPush push_;  // at the contact, or without modes its lambda and C
   OtherContacts others_;
   NeedleContacts needle_;
-  Mat3 compliance_ = Mat3::Zero();  // C
   Micros time_{};
   ToolPose tool_;
-  Vec3 push_ = Vec3::Zero();  // lambda at point_
-  bool touching_ = false;
-  SurfacePoint point_;
-  Clearance clearance_;         // while not in contact
-  Vec3 beyond_ = Vec3::Zero();  // offset of the contact point from point_, where the tool has slid off the patch's surface
   PlayerOutput output_;
 };
 

@@ -124,9 +124,12 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   if (!model.others.shaft.empty()) add_needle_path(model, v, patch.needle);
   frame.enter(BuildPhase::other);
   const bool with_terms = made.terms.variables > 0;
+  const double ahead_s = (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon);
+  std::vector<ContactPath> paths{{port.point, ahead_s * model.tool().velocity}};
+  for (const OtherTools::Contact& own : std::span(model.others.contacts).first(model.others.own))
+    paths.push_back({frame.ports()[own.tool].point, ahead_s * frame.tool(own.tool).velocity});
   const SurfacePiece first = cut_port_surface(
-      frame.skin(), frame.positions(), [&](std::uint32_t node) { return model.at.body->rows(node, v); }, port.point,
-      (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon) * model.tool().velocity, vertices,
+      frame.skin(), frame.positions(), [&](std::uint32_t node) { return model.at.body->rows(node, v); }, paths, vertices,
       with_terms ? kMaxPortVertices : vertices, patch);
   if (port.touching && !port.on_path())  // the instant part has yielded already at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)

@@ -87,7 +87,8 @@ KrylovStart krylov_start(const LinearPort& model) {
   return start;
 }
 
-/// Port responses, scaled to the tool's likely motion along each axis; for a touch indentations and slides.
+/// Port responses, scaled to the tool's likely motion along each axis; for a touch indentations and slides, and where several
+/// contacts of the tool touch or will, their pushes together and slides.
 SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
   const double horizon_s = seconds(model.request.horizon);
   const Port& port = model.port();
@@ -110,6 +111,15 @@ SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
   for (Vector& x : model.frame.indentations(model.which).shapes(model.at, request))
     snapshots.add(SnapshotKind::indentation, std::move(x));
   for (const Vector& x : port.slides) snapshots.add(SnapshotKind::slide, x);
+  const auto others = std::span(model.others.contacts).first(model.others.own);
+  const auto touches = [&](const OtherTools::Contact& own) { return model.frame.will_touch(own.tool, model.request.horizon); };
+  if (!std::ranges::any_of(others, touches)) return snapshots;
+  for (const ToolLoad& wrench : wrenches(model)) {
+    const double moved = wrench.load.dot(wrench.response);
+    if (moved > 0) snapshots.add(SnapshotKind::slide, wrench.response, std::min(wrench.most_m, far.norm()) / moved);
+  }
+  for (const OtherTools::Contact& own : others)
+    for (const Vector& x : own.port->slides) snapshots.add(SnapshotKind::slide, x);
   return snapshots;
 }
 

@@ -7,24 +7,38 @@
 namespace palpate {
 
 SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
-                              const std::function<PortRows(std::uint32_t node)>& rows, const SurfacePoint& point,
-                              const Vec3& ahead, int vertices_first, int vertices_max, Patch& patch) {
+                              const std::function<PortRows(std::uint32_t node)>& rows, std::span<const ContactPath> paths,
+                              int vertices_first, int vertices_max, Patch& patch) {
   const SurfaceView surface = skin.view();
+  const SurfacePoint& point = paths.front().point;
   assert(point.triangle < surface.triangles.size() && 3 <= vertices_first && vertices_first <= vertices_max);
   assert(vertices_max <= kMaxPortVertices && x.size() % 3 == 0);
-  const Vec3 centre = position_at(surface, x, point);
   std::vector<std::uint32_t> vertices, triangles{point.triangle};
   const auto corners = surface.triangles[point.triangle];
   vertices.assign(corners.begin(), corners.end());
 
-  // Grow by the triangle nearest to the tool's path that shares an edge with the piece.
-  const double length2 = ahead.squaredNorm();
+  // Grow by the triangle nearest to the paths that shares an edge with the piece.
+  std::span<const ContactPath> around = paths.first(1);
   const auto centroid_distance = [&](std::uint32_t t) {
-    const Vec3 d = position_at(surface, x, {t, Vec3::Constant(1.0 / 3)}) - centre;
-    const double along = length2 > 0 ? std::clamp(d.dot(ahead) / length2, 0.0, 1.0) : 0.0;
-    return (d - along * ahead).norm();
+    const Vec3 centroid = position_at(surface, x, {t, Vec3::Constant(1.0 / 3)});
+    double least = 1e300;
+    for (const auto& [from, ahead] : around) {
+      const Vec3 d = centroid - position_at(surface, x, from);
+      const double length2 = ahead.squaredNorm(), along = length2 > 0 ? std::clamp(d.dot(ahead) / length2, 0.0, 1.0) : 0.0;
+      least = std::min(least, (d - along * ahead).norm());
+    }
+    return least;
   };
   const auto has = [](const auto& list, std::uint32_t value) { return std::find(list.begin(), list.end(), value) != list.end(); };
+  const auto missing_of = [&](std::uint32_t t) {
+    return std::count_if(surface.triangles[t].begin(), surface.triangles[t].end(),
+                         [&](std::uint32_t corner) { return !has(vertices, corner); });
+  };
+  const auto add = [&](std::uint32_t t) {
+    triangles.push_back(t);
+    for (const std::uint32_t corner : surface.triangles[t])
+      if (!has(vertices, corner)) vertices.push_back(corner);
+  };
   const auto grow = [&](int most) {
     std::uint32_t best = 0;
     double best_distance = 1e300;
@@ -32,8 +46,7 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
       for (std::uint32_t k = surface.first[i]; k < surface.first[i + 1]; ++k) {
         const std::uint32_t t = surface.incident[k];
         if (has(triangles, t)) continue;
-        const auto missing = std::count_if(surface.triangles[t].begin(), surface.triangles[t].end(),
-                                           [&](std::uint32_t corner) { return !has(vertices, corner); });
+        const auto missing = missing_of(t);
         const int together = static_cast<int>(vertices.size() + missing);
         if (missing > 1 || together > most || static_cast<int>(triangles.size()) == most_triangles(together)) continue;
         const double distance = centroid_distance(t);
@@ -43,20 +56,23 @@ SurfacePiece cut_port_surface(const Skin& skin, const std::vector<double>& x,
         }
       }
     if (best_distance == 1e300) return false;
-    triangles.push_back(best);
-    for (const std::uint32_t corner : surface.triangles[best])
-      if (!has(vertices, corner)) vertices.push_back(corner);
+    add(best);
     return true;
   };
   const auto full = [&] { return static_cast<int>(triangles.size()) == kMaxPortTriangles; };
   while (!full() && grow(vertices_first)) continue;
   const SurfacePiece first{static_cast<int>(vertices.size()), static_cast<int>(triangles.size())};
   const std::vector<std::uint32_t> of_first = triangles;
+  around = paths;
+  for (const ContactPath& path : paths.subspan(1)) {
+    const std::uint32_t t = path.point.triangle;
+    if (!full() && !has(triangles, t) && static_cast<int>(vertices.size() + missing_of(t)) <= vertices_max) add(t);
+  }
   while (!full() && grow(vertices_max)) continue;
 
   const auto is_whole = [&](std::uint32_t i) {
-    const auto around = surface.incident.subspan(surface.first[i], surface.first[i + 1] - surface.first[i]);
-    return std::all_of(around.begin(), around.end(), [&](std::uint32_t t) { return has(of_first, t); });
+    const auto at = surface.incident.subspan(surface.first[i], surface.first[i + 1] - surface.first[i]);
+    return std::all_of(at.begin(), at.end(), [&](std::uint32_t t) { return has(of_first, t); });
   };
   PortSurface& piece = patch.surface;
   piece.vertex_count = static_cast<int>(vertices.size());

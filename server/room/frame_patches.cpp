@@ -98,7 +98,13 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
   task.reuses =
       body_->asleep() && cached && !scene.tool.has_body() && cached->serves(task.request, frame_model_.tool(*task.port));
   task.builds = !task.reuses;
-  if (task.builds) frame_model_.request_patch(*task.port, expected_slide(body_->dynamics(), task.request));
+  if (task.builds) {
+    const ExpectedSlide slide = expected_slide(body_->dynamics(), task.request);
+    frame_model_.request_patch(*task.port, slide);
+    // The other contacts of a tool slide with it.
+    for (const std::size_t k : task.parts)
+      if (k != *task.port && frame_model_.is_wanted(k) && slide.from_rest) frame_model_.request_patch(k, {slide.time_s});
+  }
   return task;
 }
 

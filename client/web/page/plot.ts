@@ -80,8 +80,8 @@ export class ForcePlot {
     for (const [station, points] of this.series) {
       const mark = marks.of(station);
       pen.lineJoin = "round";
-      for (const [color, thick, dash] of [[ink, 3.4, []], [mark.color, 2.2, mark.dash]] as const) {
-        pen.globalAlpha = color === ink ? 0.22 : 1;
+      for (const [color, thick, dash] of [[ink, 3.6, []], [mark.color, 2, mark.dash]] as const) {
+        pen.globalAlpha = color === ink ? 0.6 : 1; // a rim of 3 : 1 against the panel, whatever the colour, light and dark
         pen.strokeStyle = color;
         pen.lineWidth = thick;
         pen.setLineDash(dash as number[]);

@@ -221,3 +221,15 @@ TEST_CASE("A query beside an open surface is at its border, one above or below i
   // On an inner edge: one weight is zero there, yet it is no border.
   CHECK_FALSE(nearest_point(mesh.view(), mesh.x, Vec3(0.01, 0.015, 0.002)).at_border);
 }
+
+TEST_CASE("A corner at the rim is on an open edge, whichever triangle names it") {
+  const Mesh mesh = plane(3, 0.01);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const SurfacePoint corner{t, Vec3::Unit(k)};
+      const Vec3 at = position_at(mesh.view(), mesh.x, corner);
+      const bool at_rim = at.head<2>().minCoeff() < 1e-6 || at.head<2>().maxCoeff() > 0.03 - 1e-6;
+      CAPTURE(t, k);
+      CHECK(on_open_edge(mesh.view(), corner) == at_rim);
+    }
+}

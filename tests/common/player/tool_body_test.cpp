@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "common/patch/surface.hpp"
 #include "common/player/player.hpp"
 #include "tests/support/floor_patch.hpp"
 
@@ -113,4 +114,43 @@ TEST_CASE("A tool with a body whose device has no orientation is held upright, a
     CHECK(sphere.output().torque.norm() == 0);
   }
   CHECK(bare.output().contact);
+}
+
+TEST_CASE("Which of a tool's spheres is the patch's own contact makes no difference, wherever they slide") {
+  // On a floor of which every place moves otherwise, so that a contact that did not slide with its rows would push wrongly.
+  Patch left = bar(6, 0.0);
+  for (int i = 0; i < left.surface.vertex_count; ++i) left.surface.vertices[static_cast<std::size_t>(i)].rows *= 0.6 + 0.15 * i;
+  for (int i = 0; i < 6; ++i) left.damping(i, i) = 2 * std::sqrt(left.stiffness[i]);
+  constexpr double kShortM = 0.011;
+  std::vector<double> x;
+  for (int i = 0; i < left.surface.vertex_count; ++i)
+    x.insert(x.end(), left.surface.vertices[static_cast<std::size_t>(i)].position.data(),
+             left.surface.vertices[static_cast<std::size_t>(i)].position.data() + 3);
+  const Surface surface({left.surface.triangles.begin(), left.surface.triangles.begin() + left.surface.triangle_count},
+                        static_cast<std::size_t>(left.surface.vertex_count));
+  const auto begin_at = [&](Patch& p, double own_x) {
+    p.sphere.centre.x() = own_x;
+    p.others.of[0].sphere.centre.x() = -own_x;
+    p.point = nearest_point(surface.view(), x, p.tool + own_x * Vec3::UnitX()).point;
+    PortRows& rows = p.others.of[0].rows;
+    const SurfacePoint other = nearest_point(surface.view(), x, p.tool - own_x * Vec3::UnitX()).point;
+    rows.setZero();
+    for (std::size_t k = 0; k < 3; ++k)
+      rows += other.weight[static_cast<int>(k)] * p.surface.vertices[p.surface.triangles[other.triangle][k]].rows;
+    REQUIRE(check(p) == PatchFault::none);
+  };
+  Patch right = left;
+  begin_at(left, -kShortM);
+  begin_at(right, kShortM);
+  PatchPlayer of_left(left), of_right(right);
+  for (int ms = 1; ms <= 2000; ++ms) {
+    const double share = std::min(1.0, ms / 400.0);
+    const Vec3 tool = left.tool + share * Vec3(0.003, -0.004, -0.002);
+    const Rotation turn(Eigen::AngleAxisd(0.7 * share, Vec3::UnitZ()));
+    of_left.advance({kStamp + Micros{1000 * ms}, tool, turn});
+    of_right.advance({kStamp + Micros{1000 * ms}, tool, turn});
+  }
+  CHECK(of_left.output().force.z() > 0.5);
+  CHECK((of_left.output().force - of_right.output().force).norm() < 1e-6 * of_left.output().force.norm());
+  CHECK((of_left.output().torque - of_right.output().torque).norm() < 1e-6 * of_left.output().torque.norm());
 }
