@@ -255,6 +255,8 @@ class Run {
                                    status.welcome.rate_hz, seconds(status.pace.behind) * 1e3)
                      : "the server keeps up again");
       slow = now_slow;
+      if (status.tool_released != released_said_) say(release_text(status.tool_released, status.welcome.contact));
+      released_said_ = status.tool_released;
       say_scheme(status.in_use);
       say_guidance(status.guidance);
       if (moving && monotonic_now() > start + options_.motion->duration()) {
@@ -362,6 +364,7 @@ class Run {
   GuidanceStatus guidance_said_;
   std::string guidance_partner_;  ///< the last partner
   std::vector<std::string> refusal_said_;
+  bool released_said_ = false;
   std::uint32_t halts_said_ = 0;
   Micros other_version_since_ = monotonic_now();
   bool refused_for_good_ = false, failed_ = false;

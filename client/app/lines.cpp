@@ -70,6 +70,13 @@ std::string guidance_text(const GuidanceStatus& guidance) {
   return "";
 }
 
+std::string release_text(bool released, ContactKind contact) {
+  const bool touches = contact == ContactKind::touch;
+  if (!released) return touches ? "the tool may touch again" : "the tool may grasp again";
+  return std::string("the server released the tool, because it cost the body more than a hand does: the force fades to zero; ") +
+         (touches ? "after 1 s the tool may touch again, from outside" : "after 1 s the tool may grasp again");
+}
+
 std::string describe(const DeviceNote& note) {
   const std::string reason(note.reason.text());
   switch (note.state) {

@@ -19,6 +19,8 @@ void complain(const std::string& lines);
 std::string describe(const DeviceNote& note);
 /// Describes the state of guidance; empty while there is nothing to say.
 std::string guidance_text(const GuidanceStatus& guidance);
+/// Says that the server released the tool because it cost too much, or that this is over.
+std::string release_text(bool released, ContactKind contact);
 /// Says that a device has not been ready for `waited`, and what to do.
 std::string not_ready(const Device& device, const DeviceReading& reading, Micros waited);
 

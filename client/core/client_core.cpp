@@ -115,6 +115,7 @@ void ClientCore::begin(const Message& message, Micros now) {
   intake_.expect(welcome().rate_hz);
   server_pace_ = {};
   in_use_ = {};
+  tool_released_ = false;
   hear(now);
   next_send_ = next_beat_ = now;
   next_report_ = now + kReportEvery;
@@ -161,6 +162,7 @@ void ClientCore::take_terms(const PatchTerms& piece, std::size_t bytes) {
 
 void ClientCore::take_beat(const Beat& beat, Micros now) {
   contact_in_reach_ = beat.contact_in_reach;
+  tool_released_ = beat.released;
   if (!contact_in_reach_) pause_.interrupt();
   if (beat.renewed_from != 0) renew(beat, now);
   server_report_ = beat.link;

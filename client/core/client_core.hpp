@@ -100,6 +100,8 @@ class ClientCore : public ClientSession {
   }  ///< the haptic thread's samples that have been handed over
   /// True when the newest server message said that a surface is near enough for patches.
   bool contact_in_reach() const { return contact_in_reach_; }
+  /// True while the server keeps the tool off the body, because it cost too much; by its newest report.
+  bool tool_released() const { return tool_released_; }
   /// State of guidance; there is no partner when nothing has come about it for a second.
   GuidanceStatus guidance(Micros now) const;
   /// The server's newest report of its own pace.
@@ -138,6 +140,7 @@ class ClientCore : public ClientSession {
   Micros next_send_{}, next_beat_{}, next_report_{}, ticked_{};
   bool send_due_ = false, beat_due_ = false;
   bool contact_in_reach_ = false;
+  bool tool_released_ = false;
   ServerPace server_pace_;
   LinkReport server_report_;
   SchemeInUse in_use_;

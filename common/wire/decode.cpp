@@ -135,7 +135,8 @@ WireFault read(const wire::Beat& table, Beat& m) {
        table.resets(),
        {Scheme::hold, SchemeReason::unknown, Micros{table.patch_cost()}, Micros{table.patch_limit()}},
        {GuidanceHand::ready, Micros{table.reach()}, table.guidance_force()},
-       table.notes()};
+       table.notes(),
+       table.released()};
   MessageValidator sense;
   sense.that(to_enum(table.scheme(), Scheme::hyper, m.in_use.scheme));
   sense.that(to_enum(table.scheme_reason(), SchemeReason::link_lossy, m.in_use.reason));

@@ -83,7 +83,7 @@ class BodyWriter {
                                  m.renewed_from, m.resets, static_cast<std::uint8_t>(m.in_use.scheme),
                                  static_cast<std::uint8_t>(m.in_use.reason), packer_.duration(m.in_use.cost),
                                  packer_.duration(m.in_use.limit), static_cast<std::uint8_t>(m.guidance.hand),
-                                 packer_.duration(m.guidance.reach), packer_.number(m.guidance.force_n), m.notes));
+                                 packer_.duration(m.guidance.reach), packer_.number(m.guidance.force_n), m.notes, m.released));
   }
   Offset<void> operator()(const Guidance& m) {
     const auto partner = text(m.partner, kMaxNameBytes);

@@ -137,6 +137,7 @@ struct Beat {
   SchemeInUse in_use = {};       ///< current scheme of the station, and its reason (server -> client)
   GuidanceReport guidance = {};  ///< client -> server
   std::uint32_t notes = 0;       ///< number of the station's notes that were recorded (server -> client)
+  bool released = false;  ///< true: the station's tool cost too much, was released, and may not touch yet (server -> client)
 };
 
 struct Leave {};

@@ -24,6 +24,7 @@ Beat beat_for(const Stations& stations, const Station& station, const BodyNow& b
   beat.resets = body.resets;
   beat.in_use = station.in_use;
   beat.notes = station.notes;
+  beat.released = station.released;
   station.loss.fill(beat.link);
   return beat;
 }
@@ -44,6 +45,7 @@ void PatchSender::give(const Stations& stations, Station& station, StationFrame&
   station.shown = {station.hello.station, frame.tool, as_carried(frame.force), frame.contact, station.tool.orientation(),
                    station.tool.pressed()};
   station.has_shown = true;
+  const bool was_released = std::exchange(station.released, frame.released);
   if (!station.served) return beat(stations, station);
   station.contact_in_reach = frame.patch.has_value();
   if (!frame.patch || is_lost(stations, station, frame)) return beat(stations, station);
@@ -51,7 +53,7 @@ void PatchSender::give(const Stations& stations, Station& station, StationFrame&
   if (frame.renewed_from) return renew(stations, station, *frame.renewed_from);
   send_patch(stations, station, frame);
   const bool slow = body_.pace.rate_hz < kSlowBelow * rate_hz_;
-  if (slow == station.slow_known && now < station.next_report) return;
+  if (slow == station.slow_known && station.released == was_released && now < station.next_report) return;
   station.slow_known = slow;
   station.next_report = now + kLinkReportEvery;
   station.outbox.beat = beat_for(stations, station, body_);

@@ -95,6 +95,7 @@ struct Station {
   std::uint32_t patch_seq = 0;
   bool contact_in_reach = false;
   std::uint16_t states = 0;  ///< states of its newest patch
+  bool released = false;     ///< true: its tool cost too much, was released, and may not touch yet
   bool slow_known = false;   ///< true if it was sent that the room is behind
   ToolView shown;            ///< its tool at body time, for viewers
   bool has_shown = false;

@@ -213,6 +213,7 @@ void FramePatches::give_fading_force(const StationJob& job, Micros stamp, Statio
   const ToolAt tool = station->track.at(stamp);
   frame.tool = tool.position;
   if (!station->fade) return;
+  frame.released = station->costly;
   Patch& patch = frame.patch.emplace();
   patch.scheme = Scheme::hold;
   patch.contact = body_->scene().tool.contact;

@@ -77,6 +77,7 @@ struct StationFrame {
   Vec3 torque = Vec3::Zero();                      ///< on a tool with a body, about the tool point [N m]
   bool contact = false;
   std::optional<Micros> renewed_from = {};  ///< stamp from which on all patches sent to it are as good as `patch`
+  bool released = false;                    ///< true: its tool cost too much, was released, and may not touch yet
 };
 
 struct FrameResult {

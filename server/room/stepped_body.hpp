@@ -36,6 +36,7 @@ class SteppedBody {
     Micros noted{};
     FadingVector grasp;  ///< from the tool to its node
     std::optional<ReleaseFade> fade;
+    bool costly = false;  ///< true: it fades because it cost too much
   };
 
   /// `like`: a body of the same scene, whose state at rest, kind of stepper and softest mode are copied, not computed

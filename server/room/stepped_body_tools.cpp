@@ -135,6 +135,7 @@ bool SteppedBody::release_costliest(std::size_t most, Micros begin, Micros until
   costliest.resize(std::min(most, costliest.size()));
   for (const auto& [way, id] : costliest) {
     release_tool(id, kOff);
+    tools_.at(id).costly = true;
     released_.push_back(id);
   }
   return !costliest.empty();
@@ -144,6 +145,7 @@ bool SteppedBody::stays_off(StationTool& tool) const {
   if (!tool.fade) return false;
   if (!tool.fade->over(time(), scene_.tool, skin_, body_.x, tool.track.turning(time()))) return true;
   tool.fade.reset();
+  tool.costly = false;
   return false;
 }
 

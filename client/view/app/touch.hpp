@@ -35,6 +35,8 @@ class TouchStation {
   const Foresight* foresight(Micros moment);
   /// Reason for which the server refuses the station; empty otherwise.
   std::string refusal() const;
+  /// True while the server keeps the mouse's tool off the body, because it cost too much.
+  bool released() const { return udp_.status().tool_released; }
   /// Returns a line about the loop. After the window has closed.
   std::string summary();
 

@@ -85,6 +85,8 @@ void draw(GLFWwindow* window, Controls& controls, Stage& stage, const TouchStati
   Caption caption = controls.view().caption(now);
   caption.keys = controls.keys();
   if (touch != nullptr && !own) caption.status = "the mouse cannot touch yet  " + touch->refusal();
+  if (own && touch->released())
+    caption.status = "the server released the mouse's tool, because it cost the body more than a hand does";
   stage.draw(controls.view().sight(), caption, controls.view().camera(), controls.look(), width, height, 0);
   glfwSwapBuffers(window);
 }

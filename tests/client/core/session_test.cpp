@@ -48,6 +48,31 @@ TEST_CASE("every stamp is the time of a sample, to the microsecond, over a bad l
   CHECK(world.server->stations()[0].link.lost > 0);
 }
 
+TEST_CASE("a client knows while the server keeps its tool off the body, with patches and without, and not from a server before") {
+  SmallWorld world;
+  world.link = {20ms, 5ms, 0.1, 0};
+  ClientCore& core = world.add(1, "hand");
+  for (const bool patches : {true, false}) {
+    world.room.in_reach = patches;
+    world.run(2s);
+    CHECK_FALSE(core.tool_released());
+    world.room.keeps_off = true;
+    world.run(1s);
+    CHECK(core.tool_released());
+    world.room.keeps_off = false;
+    world.run(1s);
+    CHECK_FALSE(core.tool_released());
+  }
+  world.room.keeps_off = true;
+  world.run(1s);
+  REQUIRE(core.tool_released());
+  world.room.keeps_off = false;
+  world.start_server(2);
+  world.run(1s);
+  CHECK(core.counts().joins == 2);
+  CHECK_FALSE(core.tool_released());
+}
+
 TEST_CASE("a lost datagram costs no sample") {
   SmallWorld world;
   world.link = {20ms, 5ms, 0.10, 0.0};

@@ -110,6 +110,8 @@ TEST_CASE("what belongs to guidance goes there and back, is absent where nobody 
   CHECK(round_trip(hello).guides == "OR 1");
   CHECK(round_trip(Beat{}).guidance.hand == GuidanceHand::ready);
   CHECK(round_trip(Beat{.notes = 70'000}).notes == 70'000);
+  CHECK_FALSE(round_trip(Beat{}).released);
+  CHECK(round_trip(Beat{.released = true}).released);
   const GuidanceReport report = round_trip(Beat{.guidance = {GuidanceHand::refuses, Micros{321'000}, 0.5}}).guidance;
   CHECK(report.hand == GuidanceHand::refuses);
   CHECK(report.reach == Micros{321'000});

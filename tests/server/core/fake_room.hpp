@@ -34,6 +34,7 @@ struct FakeRoom {
   Micros step_took{}, patches_took{};
   Vec3 force{0, 0, 1};  ///< on tools
   std::vector<StationId> released;
+  bool keeps_off = false;  ///< true: every tool was released
   std::vector<FrameJob> jobs;
 
   FrameResult run(const FrameJob& job) {
@@ -51,6 +52,7 @@ struct FakeRoom {
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;
       frame.terms = terms;
+      frame.released = keeps_off;
       const bool young = station.playing && job.target + station.horizon - *station.playing <= kPatchAgeMost;
       if (renews && young) frame.renewed_from = station.playing;
       result.stations.push_back(frame);

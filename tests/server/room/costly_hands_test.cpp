@@ -117,9 +117,15 @@ TEST_CASE("A hand that was let go of for what it cost may touch again after a wh
   const auto stays = [&](double over_m) {
     return [&organ, aside, over_m](std::size_t, Micros) { return Vec3(organ.home() + aside + Vec3(0, 0, over_m)); };
   };
-  for (int k = 0; k < 30; ++k) CHECK_FALSE(organ.frame(1, stays(-0.035)).stations.back().contact);  // inside
-  for (int k = 0; k < 4; ++k) organ.frame(1, stays(0.02));
   FrameResult result;
+  for (int k = 0; k < 30; ++k) {
+    result = organ.frame(1, stays(-0.035));  // inside
+    CHECK_FALSE(result.stations.back().contact);
+    CHECK(result.stations.back().released);
+  }
+  CHECK_FALSE(result.stations.front().released);
+  for (int k = 0; k < 4; ++k) result = organ.frame(1, stays(0.02));
+  CHECK_FALSE(result.stations.back().released);
   for (int k = 0; k < 10; ++k) result = organ.frame(1, stays(-0.02 - 0.002 * k));
   CHECK(result.stations.back().contact);
   CHECK(result.released.empty());
