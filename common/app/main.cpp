@@ -84,16 +84,29 @@ void trust(const Options& o) {
   });
 }
 
+/// Refuses the file of a station or issuer, and a station that the server's file cannot hold in addition to the others.
+void check_admits(const KeyFile& keys, const Options& o, const PublicKey& station) {
+  constexpr char kServersFile[] = "the server's key file, which palpate-server gets as --keys";
+  if (keys.server) throw InputError(o.file, "is a station's key file: it has a line server", kServersFile);
+  if (!keys.self) throw InputError(o.file, "has no key of a server: no line self", kServersFile);
+  if (public_of(*keys.self) == station)
+    throw InputError("STATION", "is the key of " + o.file + " itself, the server's", "the key that the station printed");
+  if (const auto there = keys.stations.find(station); there != keys.stations.end())
+    throw InputError("STATION", "is in " + o.file + " already, as " + in_quotes(there->second.name),
+                     "another key, or that line removed first");
+  if (const auto other = name_like(keys, o.name))
+    throw InputError("NAME", in_quotes(o.name) + " and " + in_quotes(*other) + " of " + o.file + " could have the same name",
+                     kNamesApart);
+}
+
 void admit(const Options& o) {
   const PublicKey station = key_given("STATION", o.station);
   const std::string line = station_line(station, rights_given(o, "NAME"));
   change_secret(o.file, [&](std::string text) {
+    const KeyFile keys = parse_keys(text, o.file);
+    check_admits(keys, o, station);
     if (!text.empty() && text.back() != '\n') text += '\n';
-    text += line + "\n";
-    const KeyFile keys = parse_keys(text, o.file);  // before anything is written
-    if (keys.self && public_of(*keys.self) == station)
-      throw InputError("STATION", "is the key of " + o.file + " itself, the server's", "the key that the station printed");
-    return text;
+    return text + line + "\n";
   });
   print_line(
       o.file + ": " + line +

@@ -136,8 +136,7 @@ void read_station(KeyLine& line, KeyFile& keys, StationNames& names) {
   if (!read_roles(roles, rights)) line.fail(in_quotes(roles) + " is no role", kRolesExpected);
   while (line.more()) read_limit(line, line.word(""), rights);
   if (const auto other = names.like(rights.name))
-    line.fail(in_quotes(rights.name) + " and " + in_quotes(*other) + " could have the same name",
-              "names of which none is another one, or another one with - or / behind it");
+    line.fail(in_quotes(rights.name) + " and " + in_quotes(*other) + " could have the same name", kNamesApart);
   names.add(rights.name);
   keys.stations.emplace(key, rights);
 }
@@ -207,6 +206,12 @@ KeyFile parse_keys(const std::string& text, const std::string& file) {
     if (!words.empty()) read_line(words, keys, names);
   });
   return keys;
+}
+
+std::optional<std::string> name_like(const KeyFile& keys, const std::string& name) {
+  StationNames names;
+  for (const auto& [key, rights] : keys.stations) names.add(rights.name);
+  return names.like(name);
 }
 
 SiteKeys site_of(const KeyFile& keys, const std::string& file) {

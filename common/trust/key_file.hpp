@@ -40,6 +40,9 @@ inline constexpr std::size_t kMostIssuers = 16;
 
 /// Throws InputError, which names `file`.
 KeyFile parse_keys(const std::string& text, const std::string& file);
+/// Returns the name of a station of the file that could have the same name as a station of this one (Rights::has_name), if any.
+std::optional<std::string> name_like(const KeyFile& keys, const std::string& name);
+inline constexpr char kNamesApart[] = "names of which none is another one, or another one with - or / behind it";
 /// Throws InputError without `self`, or when there is nobody to admit.
 SiteKeys site_of(const KeyFile& keys, const std::string& file);
 /// Throws InputError without `self` or `server`. `token`: the text of its file.

@@ -79,6 +79,18 @@ def check_named(programs, work):
     done = run(programs, "palpate-key", "admit", site, station, "OR 4", "--role", "viewer")
     assert f'station {station} "OR 4" viewer' in done.stdout and "SIGHUP" in done.stdout, done.stdout
     assert stat.S_IMODE(site.stat().st_mode) == 0o640 and site.read_text() == before + f'station {station} "OR 4" viewer\n'
+    written = site.read_text()
+    for who, name, words in ((station, "b", f'STATION: is in {site} already, as "OR 4"; expected another key'),
+                             (stranger, "OR 4-2", f'NAME: "OR 4-2" and "OR 4" of {site} could have the same name')):
+        done = run(programs, "palpate-key", "admit", site, who, name)
+        assert done.returncode == 2 and words in done.stderr and site.read_text() == written, done.stderr
+    theirs, issuer = work / "evil.key", work / "issuer.key"
+    key(programs, "trust", theirs, station)
+    key(programs, "new", "--issuer", issuer)
+    for file, words in ((theirs, "is a station's key file: it has a line server"), (issuer, "has no key of a server: no line self")):
+        before = file.read_text()
+        done = run(programs, "palpate-key", "admit", file, station, "OR 4")
+        assert done.returncode == 2 and f"{file}: {words}" in done.stderr and file.read_text() == before, done.stderr
     mine = work / "a.key"
     mine.write_text(mine.read_text() + f"\tserver\t{stranger}\n")
     key(programs, "trust", mine, station)
