@@ -45,7 +45,7 @@ void LiveStation::wait(Micros most) const {
     if (status.link == LinkState::refused) throw std::runtime_error(server_ + " refuses the station: " + status.refusal);
     if (status.link == LinkState::joined && status.clock_locked) return;
   }
-  throw std::runtime_error(no_answer_text(server_, udp_.status(), with_key_));
+  throw std::runtime_error(no_answer_text(server_, udp_.status().nobody_listens, with_key_));
 }
 
 Micros LiveStation::due(Micros now) const noexcept { return begin_ + (now - begin_) / kTick * kTick; }

@@ -3,14 +3,12 @@
 #include <stdexcept>
 
 #include "bindings/core/keys_named.hpp"
-#include "client/io/udp_client.hpp"
 #include "common/io/monotonic.hpp"
 
 namespace palpate {
 
 LiveViewer::LiveViewer(const ViewerOptions& options)
-    : with_key_(!options.key_file.empty()),
-      udp_(options.server, options.station, options.room, true, keys_named(options.key_file, options.token_file)) {}
+    : udp_(options.server, options.station, options.room, true, keys_named(options.key_file, options.token_file)) {}
 
 void LiveViewer::wait(Micros most) {
   const Micros end = monotonic_now() + most;
@@ -21,9 +19,7 @@ void LiveViewer::wait(Micros most) {
     if (udp_.core().ready()) return;
     udp_.nap(end);
   } while (monotonic_now() < end);
-  ClientStatus status;
-  status.nobody_listens = udp_.nobody_listens();
-  throw std::runtime_error(no_answer_text(udp_.server(), status, with_key_));
+  throw std::runtime_error(udp_.no_answer());
 }
 
 bool LiveViewer::update(Micros most) {

@@ -42,7 +42,6 @@ class LiveViewer {
   const Welcome& welcome() const { return udp_.core().welcome(); }
 
  private:
-  bool with_key_;
   UdpViewer udp_;
   std::shared_ptr<const ViewMoment> moment_;
 };

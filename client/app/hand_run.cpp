@@ -27,7 +27,6 @@ namespace palpate {
 namespace {
 
 constexpr Micros kVersionMost{3'000'000};     ///< time for which a server may seem to speak another version
-constexpr Micros kSilence{1'000'000};         ///< without an answer for this long, the server is reported missing
 constexpr Micros kSettle{300'000};            ///< after joining, time for the clocks to lock before the hand moves
 constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
 constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion until it starts
@@ -118,7 +117,7 @@ class Run {
     recording_->finish();
   }
 
-  std::string no_answer() { return no_answer_text(options_.server, felt().status(), options_.keys.has_value()); }
+  std::string no_answer() { return no_answer_text(options_.server, felt().status().nobody_listens, options_.keys.has_value()); }
 
   bool join() {
     felt().start();
@@ -127,7 +126,7 @@ class Run {
       const LinkState link = felt().status().link;
       if (link == LinkState::joined) return true;
       say_refusals();
-      if (!said && link == LinkState::joining && monotonic_now() - began_ > kSilence) {
+      if (!said && link == LinkState::joining && monotonic_now() - began_ > kNoAnswerAfter) {
         say(no_answer() + "; the force is zero, and the client keeps trying");
         said = true;
       }

@@ -33,7 +33,7 @@ std::string reset_body(const std::string& server, const std::string& station, co
   if (done) return {};
   if (!status.refusal.empty()) return "refused: " + status.refusal;
   if (status.link == LinkState::joined) return "the server, which answers, resets a body a few times a minute at most";
-  return no_answer_text(server, status, keys.has_value());
+  return no_answer_text(server, status.nobody_listens, keys.has_value());
 }
 
 }  // namespace palpate

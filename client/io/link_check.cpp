@@ -88,7 +88,7 @@ LinkFigures measure_link(const std::string& server, const std::string& station, 
   const ClientStatus status = client.status();
   figures.joined = status.link == LinkState::joined;
   figures.refusal = status.refusal;
-  figures.no_answer = no_answer_text(server, status, keys.has_value());
+  figures.no_answer = no_answer_text(server, status.nobody_listens, keys.has_value());
   figures.rate_hz = figures.joined ? status.welcome.rate_hz : 0;
   if (figures.joined) {
     begin = monotonic_now();

@@ -29,6 +29,15 @@ inline UdpEndpoint server_at(const std::string& text) {
   return server;
 }
 
+inline constexpr Micros kNoAnswerAfter{1'000'000};  ///< silence of a server after which a program says that nobody answers
+
+/// Says why a server at HOST:PORT may not have answered. `nobody_listens`: its machine reports that nothing listens at its port.
+inline std::string no_answer_text(const std::string& server, bool nobody_listens, bool with_key) {
+  if (nobody_listens) return "nothing listens at " + server;
+  return "no answer from " + server +
+         (with_key ? " (a server answers only keys that it knows)" : " (do datagrams pass both ways?)");
+}
+
 class ServerFinder {
  public:
   static constexpr Micros kMoveAfter{3'000'000}, kAskAhead{500'000}, kPortAfterMost{24'000'000};

@@ -19,12 +19,6 @@ std::string joined_text(const ClientStatus& status) {
 
 }  // namespace
 
-std::string no_answer_text(const std::string& server, const ClientStatus& status, bool with_key) {
-  if (status.nobody_listens) return "nothing listens at " + server;
-  return "no answer from " + server +
-         (with_key ? " (a server answers only keys that it knows)" : " (do datagrams pass both ways?)");
-}
-
 UdpClient::UdpClient(const std::string& server, ClientCore& core, Say say, Watch watch, const std::optional<ClientKeys>& keys,
                      NameLookup::Ask ask)
     : core_(core),
@@ -99,10 +93,11 @@ void UdpClient::receive() {
 }
 
 void UdpClient::move_to(const UdpEndpoint& server, Micros now) {
+  nobody_listens_ &= server == server_;
   server_ = server;
   socket_ = open_udp_towards(io_, server_);
   connect();
-  address_gone_ = nobody_listens_ = false;
+  address_gone_ = false;
   opened_at_ = now;
   ++sockets_;
   receive();

@@ -47,9 +47,6 @@ struct ClientStatus {
   std::string fault;            ///< error that ended the network thread; empty while it runs
 };
 
-/// Says why a server at HOST:PORT may not have answered.
-std::string no_answer_text(const std::string& server, const ClientStatus& status, bool with_key);
-
 class UdpClient {
  public:
   /// Called once with each change of the link, in words. On the network thread.

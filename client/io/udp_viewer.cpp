@@ -84,6 +84,10 @@ void UdpViewer::send_all() {
   }
 }
 
+bool UdpViewer::unanswered() const {
+  return core_.link() == LinkState::joining && monotonic_now() - core_.last_answer() > kNoAnswerAfter;
+}
+
 Micros UdpViewer::deadline() const { return channel_ ? std::min(core_.deadline(), channel_->deadline()) : core_.deadline(); }
 
 void UdpViewer::nap(Micros time) {

@@ -39,8 +39,10 @@ class UdpViewer {
   ViewCore& core() { return core_; }
   const ViewCore& core() const { return core_; }
   const std::string& server() const { return server_; }
-  /// True when the server's machine reports that nothing listens at its port, and nothing came since.
-  bool nobody_listens() const { return nobody_listens_; }
+  /// True while the server has not answered for kNoAnswerAfter.
+  bool unanswered() const;
+  /// Says why it may not have answered.
+  std::string no_answer() const { return no_answer_text(server_, nobody_listens_, channel_.has_value()); }
 
  private:
   static constexpr Micros kNapMost{100'000};
@@ -54,7 +56,7 @@ class UdpViewer {
   UdpSocket socket_{io_};
   ViewCore core_;
   UdpEndpoint address_;
-  bool nobody_listens_ = false;
+  bool nobody_listens_ = false;  ///< true: the server's machine reports that nothing listens at its port, and nothing came since
   ServerFinder finder_;
   std::optional<ClientChannel> channel_;  ///< only with keys
 };

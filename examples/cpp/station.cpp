@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
   udp.start();
   for (int k = 0; udp.status().link != LinkState::joined; ++k) {
     if (udp.status().link == LinkState::refused) throw std::runtime_error(udp.status().refusal);
-    if (k == 1'000) throw std::runtime_error(no_answer_text(argv[1], udp.status(), false));
+    if (k == 1'000) throw std::runtime_error(no_answer_text(argv[1], udp.status().nobody_listens, false));
     std::this_thread::sleep_for(Micros{10'000});
   }
   const auto device = make_device(read_motion(std::filesystem::path(argv[2])));

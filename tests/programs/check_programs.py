@@ -50,6 +50,18 @@ def check_helps(programs):
     assert wrong.returncode == 2 and "one of displacement|tension|support" in wrong.stderr, wrong.stderr
 
 
+def check_nobody(programs):
+    """Every program tells a closed port from a server that does not answer, also as it looks for the server from the next port."""
+    listens = [("palpate-client", "--check-link", "--duration-s", "3"), ("palpate-client", "--duration-s", "3", "--realtime", "off"),
+               ("palpate-view", "--screenshot", "none.png")]
+    if (programs / "palpate-web").exists():
+        listens.append(("palpate-web", "--listen", "127.0.0.1:0", "--duration-s", "3"))
+    for program, *arguments in listens:
+        done = run(programs, program, "--server", "127.0.0.1:9", *arguments)
+        said = done.stdout + done.stderr
+        assert "nothing listens at 127.0.0.1:9" in said and "no answer" not in said, done
+
+
 def check_scheme_names(programs):
     """A scheme to compare is named once, and by its name."""
     done = run(programs, "palpate-client", "--server", "127.0.0.1:9", "--scheme", "hyper", "--compare", "hyper,hyper")
@@ -186,6 +198,7 @@ def main():
     programs, scenes = map(pathlib.Path, sys.argv[1:])
     check_helps(programs)
     check_scheme_names(programs)
+    check_nobody(programs)
     with tempfile.TemporaryDirectory() as name:
         work = pathlib.Path(name)
         with Room(programs, scenes / "touch-cube.json", work / "not" / "there" / "session.rec") as room:

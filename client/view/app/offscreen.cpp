@@ -17,10 +17,13 @@ constexpr Micros kPatience{10'000'000};  // wait for a first shape, beyond the m
 
 void wait_for_shape(ViewSession& session, Micros since) {
   const Micros until = now_us() + kPatience;
-  while (!session.core().ready() && now_us() < until && !stop_requested()) session.pump_until(now_us() + Micros{20'000});
+  const auto refused = [&] { return session.core().link() == LinkState::refused; };
+  const auto refused_for_good = [&] { return refused() && session.core().refuse_reason() == RefuseReason::bad_request; };
+  while (!session.core().ready() && now_us() < until && !stop_requested() && !refused_for_good())
+    session.pump_until(now_us() + Micros{20'000});
   if (session.core().ready() || stop_requested()) return;
-  if (session.core().link() == LinkState::refused)
-    throw std::runtime_error(fmt::format("{}: refused: {}", session.server(), session.core().refusal()));
+  if (refused()) throw std::runtime_error(fmt::format("{}: refused: {}", session.server(), session.core().refusal()));
+  if (session.unanswered()) throw std::runtime_error(session.no_answer());
   throw std::runtime_error(fmt::format("{}: no shape to draw within {:.0f} s", session.server(), seconds(now_us() - since)));
 }
 

@@ -96,7 +96,7 @@ void ViewSession::remember(Micros now, const std::vector<ToolView>& tools) {
 
 Caption ViewSession::caption(Micros now, const std::vector<ToolView>& tools) {
   if (core().link() == LinkState::refused) return {"refused", core().refusal(), ""};
-  if (!core().ready()) return {"palpate", (udp_.nobody_listens() ? "nothing listens at " : "waiting for ") + server(), ""};
+  if (!core().ready()) return {"palpate", udp_.unanswered() ? udp_.no_answer() : "waiting for " + server(), ""};
   remember(now, tools);
   Caption caption{core().welcome().scene, status_line(core(), now), ""};
   caption.panels = {.room = &core().room(),

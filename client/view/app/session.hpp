@@ -45,6 +45,8 @@ class ViewSession : public ViewSource {
   ViewCore& core() { return udp_.core(); }
   const ViewCore& core() const { return udp_.core(); }
   const std::string& server() const { return udp_.server(); }
+  bool unanswered() const { return udp_.unanswered(); }
+  std::string no_answer() const { return udp_.no_answer(); }
 
  private:
   void pump_recording();

@@ -72,10 +72,12 @@ void LiveRoom::take_notes() {
   }
 }
 
-void LiveRoom::print_refusal() {
-  const std::string refusal = core_.link() == LinkState::refused ? core_.refusal() : "";
-  if (refusal != printed_ && !refusal.empty()) fmt::print(stderr, "palpate-web: {} refuses: {}\n", link_.server(), refusal);
-  if (core_.link() == LinkState::joined || !refusal.empty()) printed_ = refusal;
+void LiveRoom::print_trouble() {
+  std::string trouble;
+  if (core_.link() == LinkState::refused) trouble = link_.server() + " refuses: " + core_.refusal();
+  if (link_.unanswered()) trouble = link_.no_answer();
+  if (trouble != printed_ && !trouble.empty()) fmt::print(stderr, "palpate-web: {}\n", trouble);
+  if (core_.link() == LinkState::joined || !trouble.empty()) printed_ = trouble;
 }
 
 void LiveRoom::renew_mesh() {
@@ -97,7 +99,7 @@ PageState LiveRoom::state(Micros now) const {
     state.task = &core_.task();
   } else {
     state.title = "palpate";
-    state.status = (link_.nobody_listens() ? "nothing listens at " : "waiting for ") + link_.server();
+    state.status = link_.unanswered() ? link_.no_answer() : "waiting for " + link_.server();
   }
   if (core_.link() == LinkState::refused) {
     state.status = core_.refusal();
@@ -141,7 +143,7 @@ void LiveRoom::show_shape(WebServer& web, Micros now) {
 Micros LiveRoom::tick(WebServer& web, Micros now) {
   link_.pump();
   take_notes();
-  print_refusal();
+  print_trouble();
   if (now >= next_shape_) {
     next_shape_ = std::max(next_shape_ + kShapeEvery, now);
     show_shape(web, now);

@@ -42,7 +42,7 @@ class LiveRoom {
   void renew_mesh();
   void greet(WebServer& web, Micros now);
   void take_notes();
-  void print_refusal();
+  void print_trouble();
   void list(PageNote note);
   void show_shape(WebServer& web, Micros now);
   PageState state(Micros now) const;
@@ -57,7 +57,7 @@ class LiveRoom {
   std::uint64_t mesh_version_ = 0;
   float unit_m_ = 0;
   Packet mesh_;
-  std::string printed_;  ///< newest refusal, as it was printed
+  std::string printed_;  ///< newest refusal, or reason of silence, as it was printed
 };
 
 }  // namespace palpate

@@ -230,7 +230,11 @@ TEST_CASE("a client says that nothing listens at a closed port, and no more once
   UdpClient client(address, core);
   client.start();
   CHECK(eventually([&] { return client.status().nobody_listens; }));
-  CHECK(no_answer_text(address, client.status(), false) == "nothing listens at " + address);
+  bool known = true;  // also from the next port
+  for (const auto end = monotonic_now() + ServerFinder::kMoveAfter; monotonic_now() < end; std::this_thread::sleep_for(1ms))
+    known = known && client.status().nobody_listens;
+  CHECK(known);
+  CHECK(no_answer_text(address, client.status().nobody_listens, false) == "nothing listens at " + address);
   UdpServer shell({{"cube", load_scene(PALPATE_SOURCE_DIR "/scenes/cube6.json")}}, {address, 20, 1}, {});
   std::thread thread([&] { shell.run(); });
   CHECK(eventually([&] { return client.status().link == LinkState::joined; }));
