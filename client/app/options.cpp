@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "client/device/hardware/open_device.hpp"
+#include "client/io/end_signals.hpp"
 #include "client/mapping/workspace_file.hpp"
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
@@ -348,6 +349,9 @@ Typed hand_of(const Typed& all, const TypedOfHands& each, std::size_t k) {
 }
 
 void check_together(const std::vector<AppOptions>& hands) {
+  if (hands.size() > CrashStop::kMost)
+    throw InputError("--device", fmt::format("is given {} times", hands.size()),
+                     fmt::format("{} devices of one program at most", CrashStop::kMost));
   for (std::size_t k = 1; k < hands.size(); ++k) {
     for (std::size_t i = 0; i < k; ++i)
       if (plain_name(hands[i].station) == plain_name(hands[k].station))

@@ -1,5 +1,6 @@
 #include "client/io/end_signals.hpp"
 
+#include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -14,7 +15,7 @@ constexpr int kEnding[] = {SIGHUP,  SIGINT,    SIGQUIT, SIGTERM, SIGUSR1, SIGUSR
 constexpr int kCrashing[] = {SIGABRT, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGSYS, SIGTRAP};
 
 std::atomic<std::atomic<bool>*> stop_flag{nullptr};
-std::array<std::atomic<CrashStop*>, 16> crash_stops{};
+std::array<std::atomic<CrashStop*>, CrashStop::kMost> crash_stops{};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<CrashStop*>::is_always_lock_free, "used in signal handlers");
 
 void set_stop_flag() noexcept {
@@ -67,7 +68,7 @@ void CrashStop::watch_crashes() {
     CrashStop* none = nullptr;
     if (entry.compare_exchange_strong(none, this)) return;
   }
-  throw std::runtime_error("more than 16 loops with devices in one program");
+  throw std::runtime_error(fmt::format("more than {} loops with devices in one program", kMost));
 }
 
 void CrashStop::forget_crashes() noexcept {

@@ -23,9 +23,10 @@ void end_by_signals(std::atomic<bool>& stop);
 /// Blocks all signals of the calling thread but those of its own faults.
 void block_signals() noexcept;
 
-/// An action before the program crashes. Registered during its lifetime, 16 at most.
+/// An action before the program crashes. Registered during its lifetime, kMost at a time.
 class CrashStop {
  public:
+  static constexpr std::size_t kMost = 16;
   CrashStop() = default;
   virtual ~CrashStop();
   CrashStop(const CrashStop&) = delete;

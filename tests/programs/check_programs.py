@@ -132,6 +132,7 @@ def check_two_devices(programs, room, work):
     for wrong, said in ((["--station", "a", "--station", "a"], "--station: 'a' twice"),
                         (["--scale", "1", "--scale", "2", "--scale", "3"], "--scale: is there 3 times for 2 devices"),
                         (["--reset"], "--reset: with several devices"),
+                        (["--device", "sim"] * 15, "--device: is given 17 times; expected 16 devices of one program at most"),
                         (["--workspace", work / "no.json"], "no.json: cannot be read")):
         done = run(programs, "palpate-client", *common, *wrong)
         assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
