@@ -105,14 +105,29 @@ std::vector<EventField> UdpServer::sender_fields() const {
   return fields;
 }
 
+/// Returns false under a flood, when not even the text is made.
+bool UdpServer::may_say(ChannelFault fault, Micros now) {
+  Micros& next = next_refusal_said_[static_cast<std::size_t>(fault)];
+  if (!say_ || now < next) return false;
+  next = now + kRefusalSaidEvery;
+  return true;
+}
+
+/// Reports a station that asks to join without a key.
+void UdpServer::say_no_key(const std::string& station, const UdpEndpoint& from, Micros now) {
+  constexpr char kWhy[] = "it has no key (--key)";
+  if (!may_say(ChannelFault::malformed, now)) return;
+  say_({"no_session",
+        fmt::format("no session for station \"{}\" at {}: {}", station, to_string(from), kWhy),
+        {{"station", station}, {"from", to_string(from)}, {"reason", kWhy}},
+        EventLevel::warning,
+        kWhy});
+}
+
 /// Reports refused datagrams, so that a wrong key is found.
 void UdpServer::say_refused() {
   const auto refusal = trust_->channel().take_refusal();
-  if (!refusal || !say_) return;
-  Micros& next = next_refusal_said_[static_cast<std::size_t>(refusal->fault)];
-  const Micros now = monotonic_now();
-  if (now < next) return;  // under a flood not even the text is made
-  next = now + kRefusalSaidEvery;
+  if (!refusal || !may_say(refusal->fault, monotonic_now())) return;
   const auto from = endpoint_of(refusal->from, socket_.local_endpoint().protocol());
   std::vector<EventField> fields{{"from", to_string(from)}, {"reason", describe(refusal->fault)}};
   if (refusal->key) fields.push_back({"key", to_text(*refusal->key)});
@@ -120,6 +135,17 @@ void UdpServer::say_refused() {
         fmt::format("no session for {}: {}{}", to_string(from), describe(refusal->fault),
                     refusal->key ? " (key " + to_text(*refusal->key) + ")" : ""),
         std::move(fields), EventLevel::warning, describe(refusal->fault)});
+}
+
+/// Reports a message that the rights of its sender's key forbid.
+void UdpServer::say_no_right(const Letter& letter) {
+  const std::string& why = letter.ruling.refused->message;
+  const auto* const hello = std::get_if<Hello>(&letter.message.body);
+  const std::string name = hello ? hello->station : trust_->channel().rights(letter.from)->name;
+  std::vector<EventField> fields{{"station", name}, {"reason", why}};
+  append(fields, sender_fields());
+  say("refused", fmt::format("station \"{}\" refused from {} by its key's rights: {}", name, to_string(sender_->from), why),
+      std::move(fields));
 }
 
 void UdpServer::drain(Micros most) {

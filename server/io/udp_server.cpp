@@ -164,7 +164,7 @@ void UdpServer::take_sealed(std::span<const std::byte> datagram, const UdpEndpoi
   if (const PublicKey* const key = trust_->channel().key(letter->from)) sender_->key = *key;
   if (letter->ruling.anew) cores_.expel(letter->from, now);
   if (letter->ruling.refused) {
-    say("refused", "refused by its key's rights: " + letter->ruling.refused->message, sender_fields());
+    say_no_right(*letter);
     const std::size_t limit = letter->shown ? kMaxDatagramBytes : letter->size;
     cores_.refuse(letter->message, letter->from, *letter->ruling.refused, limit, now);
   } else {
@@ -176,6 +176,7 @@ void UdpServer::take_sealed(std::span<const std::byte> datagram, const UdpEndpoi
 void UdpServer::refuse_without_key(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now) {
   Message message;
   if (decode(datagram, message) != WireFault::none || !std::holds_alternative<Hello>(message.body)) return;
+  say_no_key(std::get<Hello>(message.body).station, from, now);
   const Message answer{
       0,
       0,

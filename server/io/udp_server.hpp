@@ -134,6 +134,9 @@ class UdpServer {
   void take(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void take_sealed(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void say_refused();
+  bool may_say(ChannelFault fault, Micros now);
+  void say_no_key(const std::string& station, const UdpEndpoint& from, Micros now);
+  void say_no_right(const Letter& letter);
   void refuse_without_key(std::span<const std::byte> datagram, const UdpEndpoint& from, Micros now);
   void end_sessions(Micros now);
   void step();

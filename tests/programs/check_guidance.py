@@ -80,6 +80,7 @@ def check_right(programs, scenes, work):
         with client(programs, server, "OR 4", "--guide", "OR 1", "--key", files["OR 4"], "--duration-s", "20") as refused:
             refused.wait_for("this key may not guide others")
             assert refused.ended() == 1, refused.lines
+        server.wait_for(r'station "OR 4" refused from 127\.0\.0\.1:\d+ by its key.s rights: this key may not guide others')
         with client(programs, server, "OR 1", "--key", files["OR 1"], "--duration-s", "30") as trainee, \
                 client(programs, server, "OR 3", "--guide", "OR 1", "--key", files["OR 3"], "--duration-s", "30") as guide:
             trainee.wait_for("OR 3 guides this hand")
