@@ -27,7 +27,7 @@ std::string status_line(const ViewCore& core, Micros now) {
   const int shapes = core.shapes_lately(now);
   const std::string body = fmt::format("{} triangles", core.mesh().triangles.size());
   if (shapes == 0 || core.room().asleep) return body + "    still" + holds_text(core);
-  const char* const starved = core.room().starved ? "    the server's machine is overloaded" : "";
+  const char* const starved = core.room().starved ? "    the server's machine is starved" : "";
   return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}{}", body, shapes, shapes == 1 ? "" : "s",
                      1e3 * seconds(core.lateness(now)), starved, holds_text(core));
 }

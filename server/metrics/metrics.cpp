@@ -94,7 +94,7 @@ void add_frames(Families& to, const RoomState& room, const Labels& of) {
   to.gauge("palpate_frame_behind_seconds", "Age of the body's newest state when it was computed.", of, seconds(room.pace.behind));
   to.gauge("palpate_frame_out_seconds", "How long the frame that is being computed has been so, 0: none is.", of,
            seconds(room.computing_for));
-  to.gauge("palpate_frame_core_share", "Part of a core that the frames got lately; below 0.8 the machine is too busy.", of,
+  to.gauge("palpate_frame_core_share", "Part of a core that the frames got lately; below 0.8 the machine is starved.", of,
            room.core_share);
   to.gauge("palpate_room_up", "0: the room's body failed.", of, room.ended ? 0 : 1);
 }
