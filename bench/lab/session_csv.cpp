@@ -76,6 +76,9 @@ class Exporter {
     for (const RecordedNote& note : block.notes)
       tables_.row("notes.csv", "t_s,written_s,author,text", "{:.6f},{:.6f},\"{}\",\"{}\"", t_s(note.about), t_s(note.t),
                   in_table(note.author), in_table(note.text));
+    for (const RecordedGuidance& g : block.guidances)
+      tables_.row("guidance.csv", "t_s,guide,guided,guide_force_n,guided_force_n", "{:.6f},\"{}\",\"{}\",{:.9g},{:.9g}", t_s(g.t),
+                  in_table(name_of(g.guide)), in_table(name_of(g.guided)), g.guide_force_n, g.guided_force_n);
     for (const RecordedTurn& turn : block.turns) add(turn);
     for (const RecordedButtons& change : block.buttons) add(change);
   }

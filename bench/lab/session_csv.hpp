@@ -1,6 +1,6 @@
-// Exports a recording as CSV files: OUT/frames.csv, OUT/events.csv, OUT/tasks.csv, and for each station OUT/STATION/samples.csv
-// (a motion file), forces.csv, links.csv, patches.csv, and hand_overs.csv for a client's recording. docs/reference/recording.md
-// lists the columns.
+// Exports a recording as CSV files: OUT/frames.csv, events.csv, tasks.csv, notes.csv and guidance.csv, and for each station
+// OUT/STATION/samples.csv (a motion file), forces.csv, links.csv, patches.csv, and hand_overs.csv for a client's recording.
+// docs/reference/recording.md lists the columns.
 #pragma once
 
 #include <filesystem>

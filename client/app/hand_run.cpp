@@ -321,10 +321,13 @@ class Run {
   /// Reports each change of guidance.
   void say_guidance(const GuidanceStatus& now) {
     if (now == guidance_said_) return;
-    const std::string before = guidance_text(guidance_said_), text = guidance_text(now);
+    if (now.partner != guidance_said_.partner) guidance_held_ = false;
+    guidance_held_ |= now.held();
+    const std::string text = now.partner.empty() ? fmt::format("guidance with {} has ended", guidance_said_.partner)
+                                                 : guidance_text(now, guidance_held_);
     if (!now.partner.empty()) guidance_partner_ = now.partner;
     guidance_said_ = now;
-    if (!text.empty() && text != before) say(text);
+    if (text != std::exchange(guidance_text_, text)) say(text);
   }
 
   void report() {
@@ -361,6 +364,8 @@ class Run {
   RealtimeStatus realtime_;
   SchemeInUse scheme_said_;
   GuidanceStatus guidance_said_;
+  std::string guidance_text_;
+  bool guidance_held_ = false;    ///< true: this hand and its partner held each other
   std::string guidance_partner_;  ///< the last partner
   std::vector<std::string> refusal_said_;
   bool released_said_ = false;

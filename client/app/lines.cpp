@@ -47,7 +47,7 @@ std::string not_ready(const Device& device, const DeviceReading& reading, Micros
                      waited < kRemindEvery ? "" : fmt::format(" after {:.0f} s", seconds(waited)), reading.reason.text());
 }
 
-std::string guidance_text(const GuidanceStatus& guidance) {
+std::string guidance_text(const GuidanceStatus& guidance, bool held) {
   const std::string& name = guidance.partner;
   if (name.empty()) return "";
   if (guidance.own == GuidanceHand::released)
@@ -55,7 +55,9 @@ std::string guidance_text(const GuidanceStatus& guidance) {
   switch (guidance.other) {
     case GuidanceHand::ready:
     case GuidanceHand::holds:
-      if (!guidance.held()) return fmt::format("guidance with {} begins when both links are measured", name);
+      if (!guidance.held())
+        return held ? fmt::format("guidance with {} pauses", name)
+                    : fmt::format("guidance with {} begins when both links are measured", name);
       return guidance.guides ? "this hand guides " + name
                              : name + " guides this hand; pulling away for 1 s with more than 3 N ends it";
     case GuidanceHand::released:

@@ -85,6 +85,8 @@ def check_right(programs, scenes, work):
                 client(programs, server, "OR 3", "--guide", "OR 1", "--key", files["OR 3"], "--duration-s", "30") as guide:
             trainee.wait_for("OR 3 guides this hand")
             end(guide)
+            trainee.wait_for("guidance with OR 3 has ended")
+            assert not any("when both links are measured" in line for line in trainee.lines[-3:]), trainee.lines
             end(trainee)
 
 

@@ -59,6 +59,19 @@ TEST_CASE("Names with quotes do not end the cell of a table that they are in") {
   CHECK(out.text("events.csv").find("\"a\"\",joined,\"\"b\"") != std::string::npos);
 }
 
+TEST_CASE("The holds of a recording are exported with the names of both stations and their forces") {
+  RecordingWriter writer(test::small_head());
+  writer.add(joins(3, "OR 3", test::kSmallBegin));
+  writer.add(joins(4, "trainee", test::kSmallBegin));
+  writer.add(RecordedGuidance{test::kSmallBegin + Micros{250'000}, 3, 4, 1.5, 2.25});
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "some.rec");
+  const ExportFolder out;
+  export_csv(recording, out.path);
+  CHECK(out.text("guidance.csv") == "t_s,guide,guided,guide_force_n,guided_force_n\n0.250000,\"OR 3\",\"trainee\",1.5,2.25\n");
+}
+
 TEST_CASE("A recording with one time far from the others exports the shapes that there are, and no more") {
   const Micros far{9'000'000'000'000};
   RecordingWriter writer(test::small_head());
