@@ -33,6 +33,7 @@ void read_summary(const std::filesystem::path& file, ClientReport& report) {
   const Json scene = run.value("scene", Json::object());
   report.scene = scene.value("name", "");
   report.mesh = scene.value("mesh", "");
+  report.scene_hash = scene.value("hash", "");
   report.order = run.value("order", 0);
   report.rate_hz = run.value("rate_hz", 0.0);
 }

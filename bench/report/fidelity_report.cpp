@@ -138,15 +138,20 @@ int judge(const std::vector<FidelityRow>& rows, double at_least_db) {
 
 /// Refuses a report of another body.
 void check_scene(const FidelityFlags& flags, const Scene& scene, const ClientReport& report) {
-  const std::string mesh = fmt::format("{:016x}", facts_of(scene, home_of(scene)).mesh_hash);
-  const bool same_name = report.scene.empty() || report.scene == scene.name,
-             same_mesh = report.mesh.empty() || report.mesh == mesh;
-  if (same_name && same_mesh) return;
-  throw InputError("--scene " + flags.scene,
-                   same_name
-                       ? fmt::format("has another surface than the \"{}\" that the hand of {} felt", report.scene, flags.report)
-                       : fmt::format("is \"{}\"; the hand of {} felt \"{}\"", scene.name, flags.report, report.scene),
-                   "the scene that the server had then");
+  const RoomInfo facts = facts_of(scene, home_of(scene));
+  const auto differs = [](const std::string& reported, std::uint64_t hash) {
+    return !reported.empty() && reported != fmt::format("{:016x}", hash);
+  };
+  std::string what;
+  if (!report.scene.empty() && report.scene != scene.name)
+    what = fmt::format("is \"{}\"; the hand of {} felt \"{}\"", scene.name, flags.report, report.scene);
+  else if (differs(report.mesh, facts.mesh_hash))
+    what = fmt::format("has another surface than the \"{}\" that the hand of {} felt", report.scene, flags.report);
+  else if (differs(report.scene_hash, facts.scene_hash))
+    what =
+        fmt::format("has the surface of the \"{}\" that the hand of {} felt, but other materials, another tool or another step",
+                    report.scene, flags.report);
+  if (!what.empty()) throw InputError("--scene " + flags.scene, what, "the scene that the server had then");
 }
 
 int run_fidelity(const FidelityFlags& flags) {

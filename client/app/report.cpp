@@ -102,7 +102,9 @@ Json run_json(const RunReport& run) {
   json["order"] = run.options.order;
   json["rate_hz"] = run.displays.front().core->welcome().rate_hz;
   const Welcome& welcome = run.displays.front().core->welcome();
-  json["scene"] = {{"name", welcome.scene}, {"mesh", fmt::format("{:016x}", welcome.mesh_hash)}};
+  json["scene"] = {{"name", welcome.scene},
+                   {"mesh", fmt::format("{:016x}", welcome.mesh_hash)},
+                   {"hash", fmt::format("{:016x}", welcome.scene_hash)}};
   if (!run.options.motion_file.empty())
     json["motion"] = {{"file", run.options.motion_file.string()}, {"hash", file_hash(run.options.motion_file)}};
   json["device"] = run.options.device_name;

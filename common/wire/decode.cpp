@@ -66,6 +66,7 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   m.triangles = table.triangles();
   m.mesh_hash = pack::from(*table.mesh_hash());
   m.turns = table.turns();
+  m.scene_hash = table.scene_hash() ? pack::from(*table.scene_hash()) : 0;
   return WireFault::none;
 }
 

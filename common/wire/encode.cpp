@@ -46,10 +46,10 @@ class BodyWriter {
     const auto scene = text(m.scene, kMaxNameBytes);
     const auto station = m.station.empty() ? 0 : text(m.station, kMaxNameBytes);
     const auto home = packer_.point(m.home);
-    const auto hash = pack::Packer::wide(m.mesh_hash);
+    const auto hash = pack::Packer::wide(m.mesh_hash), scene_hash = pack::Packer::wide(m.scene_hash);
     return done(wire::Payload::Welcome,
                 wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
-                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station, m.turns));
+                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station, m.turns, &scene_hash));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest request that it may have to answer.

@@ -52,9 +52,10 @@ struct Welcome {
   Vec3 home = Vec3::Zero();                   ///< attach: the node's rest position; touch: a point just above the surface
   std::uint32_t vertices = 0, triangles = 0;  ///< those of the surface, for viewers
   std::uint64_t mesh_hash = 0;
-  double deadband = 0;       ///< patches that would change the force by a smaller share are not sent, 0 = all are
-  std::string station = {};  ///< name of the station in the room
-  bool turns = false;        ///< true: each sample needs its orientation, as the tool has a body
+  double deadband = 0;           ///< patches that would change the force by a smaller share are not sent, 0 = all are
+  std::string station = {};      ///< name of the station in the room
+  bool turns = false;            ///< true: each sample needs its orientation, as the tool has a body
+  std::uint64_t scene_hash = 0;  ///< server/core/scene_hash.hpp, 0 = not known
 };
 
 enum class RefuseReason : std::uint8_t {

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "server/core/scene_hash.hpp"
 #include "server/scene/tools.hpp"
 
 namespace palpate {
@@ -70,15 +71,9 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const LumpedBody& body = scene.body;
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
   const std::vector<Vec3> rest = vertices_at_rest(body);
-  RoomInfo facts{scene.name,
-                 scene.tool.contact,
-                 home,
-                 static_cast<std::uint32_t>(body.nodes.size()),
-                 {},
-                 vertices_of(triangles, rest),
-                 0,
-                 scene.task,
-                 drawn_shape(scene.tool)};
+  RoomInfo facts{scene.name, scene.tool.contact,           home, static_cast<std::uint32_t>(body.nodes.size()),
+                 {},         vertices_of(triangles, rest), 0,    scene_hash(scene),
+                 scene.task, drawn_shape(scene.tool)};
   std::vector<std::uint32_t> place_of(rest.size(), kNone);
   for (const std::uint32_t vertex : facts.vertex_of) {
     place_of[vertex] = static_cast<std::uint32_t>(facts.mesh.vertices.size());

@@ -19,6 +19,7 @@ struct RoomInfo {
   BodyMesh mesh;                         ///< its surface; for a planar body one side of the cells of its lattice
   std::vector<std::uint32_t> vertex_of;  ///< vertex of the body at each of the mesh
   std::uint64_t mesh_hash = 0;
+  std::uint64_t scene_hash = 0;  ///< scene_hash()
   std::optional<Task> task = {};
   ToolShape tool = {};
 };

@@ -42,7 +42,8 @@ Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
                facts.mesh_hash,
                options.deadband,
                {},
-               !facts.tool.empty()},
+               !facts.tool.empty(),
+               facts.scene_hash},
       draw_(options.draw),
       room_(options.room),
       rooms_(in_a_list(options.rooms)) {

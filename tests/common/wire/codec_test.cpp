@@ -52,6 +52,9 @@ TEST_CASE("text and whole numbers of the handshake arrive as they were sent") {
   CHECK(welcome.contact == ContactKind::touch);
   CHECK(welcome.rate_hz == 20);
   CHECK(welcome.mesh_hash == 0x123456789abcdef0ull);
+  CHECK(welcome.scene_hash == 0);
+  CHECK(round_trip(Welcome{.scene = "liver", .rate_hz = 20, .scene_hash = 0xfedcba9876543210ull}).scene_hash ==
+        0xfedcba9876543210ull);
   CHECK(distance_max(welcome.home, Vec3(0.1, -0.2, 9.99)) <= 0x1p-28);
   const Refuse refuse = round_trip(Refuse{RefuseReason::unknown_station, std::string(500, 'x')});
   CHECK(refuse.reason == RefuseReason::unknown_station);

@@ -48,7 +48,8 @@ def check_no_contact(program, scenes, work):
     assert "no contact" in done.stderr, done.stderr
     assert json.loads((work / "felt-aside" / "fidelity.json").read_text())["contact_ticks"] == 0
     for told, expected in [({"name": "organ"}, 'is "touch-cube"; the hand of'),
-                           ({"name": "touch-cube", "mesh": "0" * 16}, "has another surface")]:
+                           ({"name": "touch-cube", "mesh": "0" * 16}, "has another surface"),
+                           ({"name": "touch-cube", "hash": "0" * 16}, "but other materials, another tool or another step")]:
         (report / "summary.json").write_text(json.dumps({"run": {"scheme": "port", "scene": told}}))
         done = lab(program, "fidelity", "--scene", scenes / "touch-cube.json", "--report", report, "--out", work / "felt-other", expect=2)
         assert expected in done.stderr and len(said(done)) == 1, done.stderr

@@ -220,6 +220,28 @@ TEST_CASE("a mesh hash tells one topology, one rest position and one fixed node 
   for (std::size_t v = 0; v < 4; ++v) CHECK(facts.mesh.vertices[v].rest == a.body.nodes[facts.vertex_of[v]]);
 }
 
+TEST_CASE("a scene's hash tells bodies of one surface apart by what is felt, and not by where their nodes lie") {
+  Scene a;
+  a.body.nodes = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 0, 1)};
+  a.body.masses_kg.assign(4, 0.1);
+  a.body.tetrahedra = {{{0, 1, 2, 3}}};
+  a.body.materials.emplace_back();
+  a.tool.needle.emplace();
+  std::vector<Scene> others(8, a);
+  others[0].body.materials[0].young_pa *= 1.01;
+  others[1].body.materials[0].fibres.share = 2;
+  others[2].body.masses_kg[3] = 0.2;
+  others[3].body.relaxation.push_back({0.5, 1});
+  others[4].body.gravity_m_s2.z() = -9.81;
+  others[5].tool.friction = 0.1;
+  others[6].tool.needle->diameter_m = 0.001;
+  others[7].solver.step_s = 0.005;
+  for (const Scene& other : others) CHECK(facts_of(a, Vec3::Zero()).scene_hash != facts_of(other, Vec3::Zero()).scene_hash);
+  Scene moved = a;
+  moved.body.nodes[1].x() = 1.01;
+  CHECK(facts_of(a, Vec3::Zero()).scene_hash == facts_of(moved, Vec3::Ones()).scene_hash);
+}
+
 TEST_CASE("a viewer is told the room's task, soon and again every two seconds, and a hand is not") {
   Bench bench;
   RoomInfo facts = test_facts();
