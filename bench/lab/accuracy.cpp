@@ -15,6 +15,7 @@
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/cells.hpp"
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
 #include "bench/lab/tasks.hpp"
 #include "bench/measure/reach.hpp"
 #include "bench/output/plot.hpp"
@@ -296,6 +297,7 @@ void report(const AccuracyCells& cells, const std::vector<std::string>& untouche
 }
 
 int run_accuracy(const AccuracyFlags& flags) {
+  check_once_each("--rtt-ms", flags.rtt_ms);
   const auto out = make_output_folder(flags.out);
   SweepTasks tasks;
   std::vector<std::string> untouched;

@@ -16,9 +16,11 @@ std::vector<Scheme> available_schemes() {
   return schemes;
 }
 
-Scheme available_scheme(const std::string& name) {
+Scheme available_scheme(const std::string& name, std::string_view also) {
   if (const auto scheme = scheme_from_name(name)) return *scheme;
-  throw InputError("--scheme " + name, "is no scheme of a server", fmt::format("one of {}", fmt::join(kSchemeNames, ", ")));
+  std::string expected = fmt::format("one of {}", fmt::join(kSchemeNames, ", "));
+  if (!also.empty()) expected += fmt::format(", {}", also);
+  throw InputError("--scheme " + name, "is no scheme of a server", expected);
 }
 
 std::vector<Scheme> schemes_named(const std::vector<std::string>& names) {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bench/fidelity/replay.hpp"
@@ -14,8 +15,8 @@ namespace palpate {
 
 /// Schemes that a server offers, in the order of the names.
 std::vector<Scheme> available_schemes();
-/// Throws InputError, with their names, for another name.
-Scheme available_scheme(const std::string& name);
+/// Throws InputError, with their names, for another name. `also`: a further name that the caller accepts there.
+Scheme available_scheme(const std::string& name, std::string_view also = {});
 /// Schemes of these names, or all available ones if there are none.
 std::vector<Scheme> schemes_named(const std::vector<std::string>& names);
 

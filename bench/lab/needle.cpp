@@ -9,6 +9,7 @@
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/cells.hpp"
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
 #include "bench/lab/tasks.hpp"
 #include "bench/measure/insertion.hpp"
 #include "common/base/error.hpp"
@@ -124,6 +125,8 @@ void report(const NeedleCells& cells) {
 }
 
 int run_needle(const NeedleFlags& flags) {
+  check_once_each("--rtt-ms", flags.rtt_ms);
+  check_once_each("--speed-mm-s", flags.speed_mm_s);
   const auto out = make_output_folder(flags.out);
   SweepTasks tasks;
   CellSweep<NeedleCell> sweep{needle_table(), {}};

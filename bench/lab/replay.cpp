@@ -47,7 +47,7 @@ ReplayOptions options_of(const ReplayFlags& flags, const Scene& scene, double rt
   if (flags.scheme == kAutoName) {
     o.scheme.reset();
   } else {
-    const ComparedScheme scheme = compared_scheme(flags.scheme);
+    const ComparedScheme scheme = compared_scheme(flags.scheme, "--scheme", kAutoName);
     if (!suits(scheme, scene.body))
       throw InputError("--scheme " + flags.scheme, "does not suit the body of " + scene.name, "springs without relaxation");
     select(scheme, scene, o);
@@ -197,6 +197,7 @@ void print_no_contact(const Scene& scene, const ReplayResult& result, const std:
 }
 
 int run_replay(const ReplayFlags& flags) {
+  check_once_each("--rtt-ms", flags.rtt_ms);
   if (flags.from_s >= flags.to_s) throw InputError("--from-s", "is not before --to-s", "a time before it");
   const auto [scene, motions, present, resets] = given_by(flags);
   options_of(flags, scene, 0);  // refuses a scheme before anything is computed

@@ -112,7 +112,7 @@ int run_starved(const StarvedFlags& flags) {
     throw InputError("--cost-ms", "has rollouts that take longer than the patch of which they are a part",
                      "at most that of hyper");
   for (const std::string& scheme : flags.schemes)
-    if (scheme != kAutoName) available_scheme(scheme);
+    if (scheme != kAutoName) available_scheme(scheme, kAutoName);
   const Scene scene = open_scene(flags.scene, flags.mesh_folders);
   const Motion motion = examination(scene);
   const auto out = make_output_folder(flags.out);

@@ -10,6 +10,7 @@
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/cells.hpp"
 #include "bench/lab/experiments.hpp"
+#include "bench/lab/flags.hpp"
 #include "bench/lab/tasks.hpp"
 #include "bench/measure/handling.hpp"
 #include "common/base/error.hpp"
@@ -115,6 +116,7 @@ void report(const ToolCells& cells) {
 }
 
 int run_tools(const ToolFlags& flags) {
+  check_once_each("--rtt-ms", flags.rtt_ms);
   const auto out = make_output_folder(flags.out);
   SweepTasks tasks;
   CellSweep<ToolCell> sweep{tool_table(), {}};

@@ -18,11 +18,12 @@ std::vector<ComparedScheme> compared_schemes() {
   return all;
 }
 
-ComparedScheme compared_scheme(const std::string& name, const std::string& where) {
+ComparedScheme compared_scheme(const std::string& name, const std::string& where, std::string_view also) {
   const auto known = std::find(kComparedSchemeNames.begin(), kComparedSchemeNames.end(), name);
-  if (known == kComparedSchemeNames.end())
-    throw InputError(where, "'" + name + "' is not a scheme", fmt::format("one of {}", fmt::join(kComparedSchemeNames, ", ")));
-  return static_cast<ComparedScheme>(known - kComparedSchemeNames.begin());
+  if (known != kComparedSchemeNames.end()) return static_cast<ComparedScheme>(known - kComparedSchemeNames.begin());
+  std::string expected = fmt::format("one of {}", fmt::join(kComparedSchemeNames, ", "));
+  if (!also.empty()) expected += fmt::format(", {}", also);
+  throw InputError(where, "'" + name + "' is not a scheme", expected);
 }
 
 std::vector<ComparedScheme> compared_schemes_named(const std::vector<std::string>& names) {

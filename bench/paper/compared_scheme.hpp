@@ -24,8 +24,9 @@ inline constexpr double kPaperLowPassHz = 10;  ///< the model rate of the paper
 
 inline std::string_view name_of(ComparedScheme s) { return kComparedSchemeNames[static_cast<std::size_t>(s)]; }
 std::vector<ComparedScheme> compared_schemes();
-/// Returns the scheme of a name; throws InputError, with the names, for another. `where`: the flag or the file.
-ComparedScheme compared_scheme(const std::string& name, const std::string& where = "--scheme");
+/// Returns the scheme of a name; throws InputError, with the names, for another. `where`: the flag or the file. `also`: a further
+/// name that the caller accepts there.
+ComparedScheme compared_scheme(const std::string& name, const std::string& where = "--scheme", std::string_view also = {});
 /// Returns the schemes of these names, all if there are none; throws as compared_scheme().
 std::vector<ComparedScheme> compared_schemes_named(const std::vector<std::string>& names);
 /// Returns the scheme of the server; empty for those of the paper alone.

@@ -66,6 +66,11 @@ def check_run(program, scenes, work):
     assert run["scheme"] == "port" and run["seed"] == 7 and run["link"]["rtt_ms"] == 60 and run["link"]["loss_pct"] == 0, run
     assert run["scene"]["name"] == "touch-cube" and run["scene"]["hash"] == fnv1a(scene), run
     assert run["flags"]["gesture"] == "press" and run["version"] and run["machine"]["cores"] > 0, run
+    wrong = ["replay", "--scene", scene, "--gesture", "press", "--out", work / "wrong"]
+    done = lab(program, *wrong, "--scheme", "x", expect=2)
+    assert done.stderr.endswith("port, hyper, auto\n"), done.stderr
+    done = lab(program, *wrong, "--scheme", "port", "--rtt-ms", "50,20,50", expect=2)
+    assert "--rtt-ms: has 50 twice; expected each number once" in done.stderr and not (work / "wrong").exists(), done.stderr
     felt = []
     for scheme in ("hyper", "auto"):  # auto: what a server gives that has the time
         lab(program, "replay", "--scene", scene, "--gesture", "press", "--scheme", scheme, "--out", work / scheme)
