@@ -6,6 +6,7 @@
 #include "bench/lab/session_csv.hpp"
 #include "bench/lab/session_shapes.hpp"
 #include "bench/output/output.hpp"
+#include "common/base/counted.hpp"
 #include "common/base/limits.hpp"
 #include "common/io/mapped_file.hpp"
 
@@ -25,13 +26,15 @@ int run_export(const ExportFlags& flags) {
   const auto out = make_output_folder(flags.out);
   if (!recording.complete()) fmt::print(stderr, "{}: {}; what can be read is exported\n", where, recording.damage());
   const CsvExport csv = export_csv(recording, out);
-  if (csv.blocks_lost > 0) fmt::print(stderr, "{}: {} blocks are damaged and left out\n", where, csv.blocks_lost);
+  if (csv.blocks_lost > 0)
+    fmt::print(stderr, "{}: left out {} that {} damaged\n", where, counted(csv.blocks_lost, "block"),
+               csv.blocks_lost == 1 ? "is" : "are");
   const RecordingHead& head = recording.head();
   const double hz = flags.frames_hz > 0 ? flags.frames_hz : head.shapes_hz;
   const std::size_t shapes = hz > 0 && !head.surface.nodes.empty() ? export_shapes(recording, out, flags.format, hz) : 0;
-  fmt::print("{} \"{}\", {:.1f} s, ends at {:.6f} s of the clock: {} rows, {} shapes in {}\n",
+  fmt::print("{} \"{}\", {:.1f} s, ends at {:.6f} s of the clock: {}, {} in {}\n",
              head.kind == RecordingKind::room ? "room" : "station", head.name, seconds(recording.end() - recording.begin()),
-             seconds(recording.end()), csv.rows, shapes, out.string());
+             seconds(recording.end()), counted(csv.rows, "row"), counted(shapes, "shape"), out.string());
   return 0;
 }
 

@@ -12,6 +12,7 @@
 #include "bench/output/plot.hpp"
 #include "common/assessment/session_metrics.hpp"
 #include "common/assessment/task_attempts.hpp"
+#include "common/base/counted.hpp"
 #include "common/io/mapped_file.hpp"
 #include "session_page.hpp"
 
@@ -87,7 +88,7 @@ Json row_of(const SessionHand& hand, const SessionMetrics& m, const std::filesys
 /// Describes lost parts; empty if there are none.
 std::string missing_text(const RecordingLoss& loss) {
   if (loss.places == 0) return "";
-  return fmt::format("damaged in {} place{}: {:.2f} s are missing", loss.places, loss.places == 1 ? "" : "s", seconds(loss.time));
+  return fmt::format("damaged in {}: {:.2f} s are missing", counted(loss.places, "place"), seconds(loss.time));
 }
 
 Json page_of(const RecordingReader& recording, const RecordingLoss& loss, double over_n) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "client/io/device_check.hpp"
+#include "common/base/counted.hpp"
 #include "common/io/line_writer.hpp"
 
 namespace palpate {
@@ -24,7 +25,7 @@ void put(LineWriter& out, const std::string& lines) {
 }
 
 std::string lines_left_out(std::uint64_t lines) {
-  return fmt::format("palpate-client: {} lines were dropped here, because nobody read them\n", lines);
+  return fmt::format("palpate-client: dropped {} here, because nobody read\n", counted(lines, "line"));
 }
 
 }  // namespace

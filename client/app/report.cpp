@@ -6,6 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "common/base/counted.hpp"
 #include "common/base/error.hpp"
 #include "common/io/provenance.hpp"
 
@@ -93,7 +94,8 @@ std::string schemes_line(const ClientCore& core) {
   for (const auto& [name, share] : scheme_shares(core))
     text += fmt::format("{}{} in {:.0f} % of the patches", text.empty() ? "" : ", ", name, 100 * share);
   const auto changes = core.schemes_felt().changes;
-  return text.empty() ? "none felt" : fmt::format("{}; {} changes; at the end {}", text, changes, describe(core.in_use()));
+  return text.empty() ? "none felt"
+                      : fmt::format("{}; {}; at the end {}", text, counted(changes, "change"), describe(core.in_use()));
 }
 
 Json run_json(const RunReport& run) {
@@ -241,8 +243,9 @@ std::string describe(const RunReport& run) {
   const auto out = std::back_inserter(text);
   if (run.loop) {
     const HapticLoopStats& stats = run.loop->stats();
-    fmt::format_to(out, "loop      {} ticks, {} late by more than 0.2 ms, {} skipped; woken {} us late (median), {} us (99 %)\n",
-                   stats.ticks, stats.late, stats.skipped, stats.late_us.percentile(0.5), stats.late_us.percentile(0.99));
+    fmt::format_to(out, "loop      {}, {} late by more than 0.2 ms, {} skipped; woken {} us late (median), {} us (99 %)\n",
+                   counted(stats.ticks, "tick"), stats.late, stats.skipped, stats.late_us.percentile(0.5),
+                   stats.late_us.percentile(0.99));
     fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
                    stats.tick_ns.percentile(0.99), stats.force_max_n);
     if (stats.torque_max_nm > 0) fmt::format_to(out, "torque    largest {:.4f} N m\n", stats.torque_max_nm);

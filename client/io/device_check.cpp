@@ -274,7 +274,8 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
   std::string pressed;
   for (int button = 0; button < 32; ++button)
     if (f.buttons >> button & 1U) pressed += fmt::format(" {}", button);
-  text += fmt::format("buttons     {} it has, pressed:{}\n", caps.buttons, pressed.empty() ? " none" : pressed);
+  text += caps.buttons == 0 ? "buttons     none\n"
+                            : fmt::format("buttons     {}, pressed:{}\n", caps.buttons, pressed.empty() ? " none" : pressed);
   return text;
 }
 

@@ -5,6 +5,8 @@
 
 #include <chrono>
 
+#include "common/base/counted.hpp"
+
 namespace palpate {
 
 namespace {
@@ -28,8 +30,9 @@ std::string status_line(const ViewCore& core, Micros now) {
   const std::string body = fmt::format("{} triangles", core.mesh().triangles.size());
   if (shapes == 0 || core.room().asleep) return body + "    still" + holds_text(core);
   const char* const starved = core.room().starved ? "    the server's machine is starved" : "";
-  return fmt::format("{}    {} shape{} in the last second, shown {:.0f} ms late{}{}", body, shapes, shapes == 1 ? "" : "s",
-                     1e3 * seconds(core.lateness(now)), starved, holds_text(core));
+  return fmt::format("{}    {} in the last second, shown {:.0f} ms late{}{}", body,
+                     counted(static_cast<std::uint64_t>(shapes), "shape"), 1e3 * seconds(core.lateness(now)), starved,
+                     holds_text(core));
 }
 
 std::string status_line(const RecordingHead& head, std::size_t triangles) {

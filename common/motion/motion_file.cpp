@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "common/base/counted.hpp"
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
@@ -125,7 +126,7 @@ Motion read_motion(std::istream& in, const std::string& name) {
     points.push_back(check_row(row, points, where));
     add_hold(row, layout, holds, where);
   }
-  if (points.size() < 2) throw InputError(name, std::to_string(points.size()) + " rows", "at least 2 rows of " + layout.header());
+  if (points.size() < 2) throw InputError(name, counted(points.size(), "row"), "at least 2 rows of " + layout.header());
   return Motion(std::move(points), std::move(holds), name);
 }
 

@@ -4,6 +4,7 @@
 #include <asio/signal_set.hpp>
 #include <cstdio>
 
+#include "common/base/counted.hpp"
 #include "common/base/error.hpp"
 #include "common/command_line/flags.hpp"
 #include "common/io/udp_relay.hpp"
@@ -63,10 +64,10 @@ void say_start(const UdpRelay& relay, const UdpEndpoint& server, const Options& 
 
 void say_end(const RelayCounts& counts) {
   const auto line = [](const char* way, const LinkCounts& c) {
-    fmt::print("palpate-relay: {}: {} datagrams, {} bytes, {} lost, {} over the bandwidth, {} twice, {} out of order\n", way,
-               c.sent, c.bytes, c.lost, c.queue_dropped, c.duplicated, c.reordered);
+    fmt::print("palpate-relay: {}: {}, {} bytes, {} lost, {} over the bandwidth, {} twice, {} out of order\n", way,
+               counted(c.sent, "datagram"), c.bytes, c.lost, c.queue_dropped, c.duplicated, c.reordered);
   };
-  fmt::print("palpate-relay: {} clients, {} sends failed\n", counts.clients, counts.send_failed);
+  fmt::print("palpate-relay: {}, {} failed\n", counted(counts.clients, "client"), counted(counts.send_failed, "send"));
   line("to the server", counts.up);
   line("to clients", counts.down);
   std::fflush(stdout);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/base/counted.hpp"
 #include "server/body/locking.hpp"
 #include "server/body/surface_stiffness.hpp"
 #include "server/body/touch_places.hpp"
@@ -92,7 +93,7 @@ void add_costs(const Scene& scene, const std::vector<FrameCost>& costs, double r
   const std::vector<int> stations = scene.tool.contact == ContactKind::attach ? std::vector{1} : std::vector{1, 2, 4};
   lines.push_back(fmt::format("a frame    lasts {:.0f} ms; at the most expensive place it takes about, with", 1e3 / rate_hz));
   std::string columns(10, ' ');
-  for (const int n : stations) columns += fmt::format(" {:>11}", fmt::format("{} station{}", n, n == 1 ? "" : "s"));
+  for (const int n : stations) columns += fmt::format(" {:>11}", counted(static_cast<std::uint64_t>(n), "station"));
   lines.push_back(columns);
   for (const Scheme scheme : {Scheme::port, Scheme::hyper})
     lines.push_back(cost_line(costs.back(), scheme, stations, 1e3 / rate_hz));

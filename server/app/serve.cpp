@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "common/base/counted.hpp"
 #include "common/base/error.hpp"
 #include "common/io/key_files.hpp"
 #include "common/io/line_writer.hpp"
@@ -30,7 +31,8 @@ constexpr char kProgram[] = "palpate-server";
 Micros unix_now() { return std::chrono::duration_cast<Micros>(std::chrono::system_clock::now().time_since_epoch()); }
 
 ServerEvent lines_left_out(std::uint64_t lines) {
-  return {"left_out", fmt::format("{} lines were dropped here, because nobody read this log", lines), {}, EventLevel::warning};
+  return {
+      "left_out", fmt::format("dropped {} here, because nobody read this log", counted(lines, "line")), {}, EventLevel::warning};
 }
 
 /// Exits at once on a signal while scenes load, which may take long: nothing has to be shut down in order yet.
@@ -81,7 +83,7 @@ class Serving {
     if (flags_.has_duration) end_after(from_seconds(flags_.duration_s));
     if (metrics_ || service_.watches()) shell_->on_pulse([this](ServerState state) { watch(std::move(state)); });
     say_rooms();
-    service_.ready(fmt::format("{} room{} at {}", scenes_.size(), scenes_.size() == 1 ? "" : "s", to_string(shell_->address())));
+    service_.ready(fmt::format("{} at {}", counted(scenes_.size(), "room"), to_string(shell_->address())));
     shell_->run();
     for (const std::string& line : shell_->summary()) say("ended", line);
   }
@@ -104,8 +106,8 @@ class Serving {
   }
 
   void say_keys() {
-    say("keys", fmt::format("public key {}; {} stations and {} issuers are admitted", to_text(public_of(keys_->self)),
-                            keys_->stations.size(), keys_->issuers.size()));
+    say("keys", fmt::format("public key {}; it admits {} and {}", to_text(public_of(keys_->self)),
+                            counted(keys_->stations.size(), "station"), counted(keys_->issuers.size(), "issuer")));
   }
 
   /// Rereads the keys on SIGHUP; a faulty file leaves the keys as they are.

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/base/counted.hpp"
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
 #include "common/base/limits.hpp"
@@ -37,17 +38,22 @@ std::string frame_figures(const ServerCounts& before, const ServerCounts& after,
   const auto frames = after.frames - before.frames;
   const auto time = after.frame_time_sum - before.frame_time_sum, stepping = after.stepping - before.stepping;
   const double faster = seconds(after.simulated - before.simulated) / std::max(seconds(stepping), 1e-9);
-  std::string text = fmt::format("{} frames, {} of them asleep, {:.2f} ms mean, {:.2f} ms max, {}", frames,
+  std::string text = fmt::format("{}, {} of them asleep, {:.2f} ms mean, {:.2f} ms max, {}", counted(frames, "frame"),
                                  after.frames_asleep - before.frames_asleep, frames ? ms(time) / static_cast<double>(frames) : 0,
                                  ms(longest), stepping > Micros{} ? fmt::format("{:.1f} x real time", faster) : "never stepped");
-  for (const auto& [count, what] : {std::pair{after.frames_without_rollouts - before.frames_without_rollouts, "without rollouts"},
-                                    {after.frames_busy - before.frames_busy, "frames skipped"},
-                                    {after.frames_failed - before.frames_failed, "failed"},
-                                    {after.cut_steps - before.cut_steps, "steps cut"},
-                                    {after.tools_released - before.tools_released, "tools released"},
-                                    {static_cast<std::uint64_t>(ms(after.left_out - before.left_out)), "ms of body time dropped"},
-                                    {after.dropped_all() - before.dropped_all(), "datagrams dropped"}})
-    if (count > 0) text += fmt::format(", {} {}", count, what);
+  struct Row {
+    std::uint64_t count;
+    const char *noun, *what;
+  };
+  for (const Row& row : {Row{after.frames_without_rollouts - before.frames_without_rollouts, "frame", "without rollouts"},
+                         {after.frames_busy - before.frames_busy, "frame", "skipped"},
+                         {after.frames_failed - before.frames_failed, "frame", "failed"},
+                         {after.cut_steps - before.cut_steps, "step", "cut"},
+                         {after.tools_released - before.tools_released, "tool", "released"},
+                         {after.dropped_all() - before.dropped_all(), "datagram", "dropped"}})
+    if (row.count > 0) text += fmt::format(", {} {}", counted(row.count, row.noun), row.what);
+  if (const double left_out = ms(after.left_out - before.left_out); left_out >= 1)
+    text += fmt::format(", {:.0f} ms of body time dropped", left_out);
   return text;
 }
 
@@ -354,7 +360,7 @@ void UdpServer::report() {
       const bool slow = pace.rate_hz < kSlowBelow * core.options().rate_hz;
       if (core.station_count() > 0)
         say(k, "report",
-            fmt::format("{} station{}: {}{}", core.station_count(), core.station_count() == 1 ? "" : "s",
+            fmt::format("{}: {}{}", counted(core.station_count(), "station"),
                         frame_figures(workers_[k]->reported, counts, core.longest_frame()),
                         slow ? ", the room overruns: " + pace_text(k) : ""),
             {{"stations", static_cast<double>(core.station_count())},
@@ -375,8 +381,9 @@ std::vector<std::string> UdpServer::summary() const {
   std::vector<std::string> lines;
   for (std::size_t k = 0; k < cores_.size(); ++k) {
     const ServerCounts c = cores_[k].counts();
-    lines.push_back(fmt::format("{}in all {} joins, {} refusals, {} timeouts, {} datagrams in, {} out, {}", label(k), c.joins,
-                                c.refusals, c.timeouts, c.received, c.sent, frame_figures({}, c, c.frame_time_max)));
+    lines.push_back(fmt::format("{}in all {}, {}, {}, {} in, {} out, {}", label(k), counted(c.joins, "join"),
+                                counted(c.refusals, "refusal"), counted(c.timeouts, "timeout"), counted(c.received, "datagram"),
+                                c.sent, frame_figures({}, c, c.frame_time_max)));
   }
   return lines;
 }

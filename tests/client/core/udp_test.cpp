@@ -142,7 +142,7 @@ TEST_CASE(
   asio::post(shell.context(), [&] { shell.stop(); });
   thread.join();
   REQUIRE(shell.summary().size() == 2);
-  CHECK(shell.summary()[1].starts_with("room \"touched\": in all 1 joins"));
+  CHECK(shell.summary()[1].starts_with("room \"touched\": in all 1 join,"));
 }
 
 TEST_CASE("a frame that does not end is seen by whoever watches, while the network goes on") {

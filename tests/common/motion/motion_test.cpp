@@ -60,7 +60,7 @@ TEST_CASE("What is wrong with a motion is said with file, line and what was expe
       {"0,0,0,0\n1,0,0,0\n", "m.csv:1: ", "header"},
       {"t_s,x_m,y_m\n0,0,0\n", "m.csv:1: ", "header"},
       {kHead, "m.csv: ", "0 rows"},
-      {kHead + "0,0,0,0\n", "m.csv: ", "1 rows"},
+      {kHead + "0,0,0,0\n", "m.csv: ", "1 row;"},
       {kHead + "0,0,0,0\n1,0,zero,0\n", "m.csv:3: ", "y_m is 'zero'"},
       {kHead + "0,0,0,0\n1,,0,0\n", "m.csv:3: ", "x_m is ''"},
       {kHead + "0,0,0,0\n1,0,0,0.1m\n", "m.csv:3: ", "z_m"},
