@@ -50,7 +50,6 @@ std::string not_ready(const Device& device, const DeviceReading& reading, Micros
 
 std::string guidance_text(const GuidanceStatus& guidance, bool held) {
   const std::string& name = guidance.partner;
-  if (name.empty()) return "";
   if (guidance.own == GuidanceHand::released)
     return fmt::format("this hand broke away from {}; 1 s within 10 mm of its tool joins the two again", name);
   switch (guidance.other) {

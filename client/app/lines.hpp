@@ -17,7 +17,7 @@ void say(const std::string& lines);
 void complain(const std::string& lines);
 
 std::string describe(const DeviceNote& note);
-/// Describes the state of guidance; empty without a partner. `held`: true if the two held each other before.
+/// Describes the state of guidance with a partner. `held`: true if the two held each other before.
 std::string guidance_text(const GuidanceStatus& guidance, bool held);
 /// Says that the server released the tool because it cost too much, or that this is over.
 std::string release_text(bool released, ContactKind contact);
