@@ -1,5 +1,6 @@
 #include "common/assessment/task_attempts.hpp"
 
+#include <deque>
 #include <map>
 #include <utility>
 
@@ -12,18 +13,18 @@ class Judge {
  public:
   explicit Judge(const RecordingReader& recording) : recording_(recording), task_(*recording.head().task) {}
 
+  /// A frame is written when it ends: an event before its stamp may be in an earlier block, and one after it too.
   void add(const RecordedBlock& block) {
-    std::size_t button = 0, event = 0;
+    events_.insert(events_.end(), block.events.begin(), block.events.end());
+    buttons_.insert(buttons_.end(), block.buttons.begin(), block.buttons.end());
     for (const RecordedTouch& touch : block.touches) {
-      for (; event < block.events.size() && block.events[event].t <= touch.t; ++event) add(block.events[event]);
-      for (; button < block.buttons.size() && block.buttons[button].t <= touch.t; ++button) add(block.buttons[button]);
+      take_until(touch.t);
       add(touch);
     }
-    for (; event < block.events.size(); ++event) add(block.events[event]);
-    for (; button < block.buttons.size(); ++button) add(block.buttons[button]);
   }
 
   std::vector<TaskAttempt> finish() {
+    take_until(Micros::max());
     for (auto& [name, hand] : hands_) end_attempt(name, hand);
     sort_stably(done_.begin(), done_.end(), [](const auto& a, const auto& b) { return a.station < b.station; });
     return std::move(done_);
@@ -38,6 +39,10 @@ class Judge {
     std::uint32_t down = 0, pressed = 0;  ///< buttons now, and at any time since the last frame
   };
 
+  void take_until(Micros t) {
+    for (; !events_.empty() && events_.front().t <= t; events_.pop_front()) add(events_.front());
+    for (; !buttons_.empty() && buttons_.front().t <= t; buttons_.pop_front()) add(buttons_.front());
+  }
   double t_s(Micros t) const { return seconds(t - recording_.begin()); }
   Hand& hand_of(StationId id) { return hands_.try_emplace(recording_.name_of(id), task_).first->second; }
 
@@ -64,6 +69,8 @@ class Judge {
   const RecordingReader& recording_;
   const Task& task_;
   std::map<std::string, Hand> hands_;
+  std::deque<RecordedEvent> events_;  ///< after the last frame so far
+  std::deque<RecordedButtons> buttons_;
   std::vector<TaskAttempt> done_;
 };
 

@@ -194,3 +194,34 @@ TEST_CASE("a reset of the body begins a new attempt, and a hand that comes back 
   CHECK(attempts[2].number == 1);
   CHECK(attempts[2].progress.score == Approx(100 * 0.5 / 3));
 }
+
+TEST_CASE("a mark is where the tool was after the button, also where its frame was written in a later block", "[task]") {
+  const Scene scene = scene_of("find");
+  RecordingHead head = test::small_head();
+  head.surface = recorded_surface(scene);
+  head.task = scene.task;
+  RecordingWriter writer(head);
+  const auto touch_at = [&](int frame) {
+    RecordedTouch touch;
+    touch.t = kBegin + frame * kFrame;
+    touch.station = kHand;
+    touch.tool = home_of(scene) + Vec3(0, 0, -0.001 * frame);
+    touch.contact = true;
+    writer.add(touch);
+  };
+  writer.add(RecordedEvent{kBegin, RecordedEventKind::joined, kHand, RecordedRole::hand, Scheme::port, "anna", ""});
+  touch_at(1);
+  writer.add(RecordedButtons{kBegin + 5 * kFrame / 2, kHand, 1u});
+  writer.tick(kBegin);
+  writer.tick(kBegin + RecordingWriter::kBlock);
+  touch_at(2);
+  touch_at(3);
+  writer.finish();
+  const std::vector<std::byte> bytes = writer.take();
+  const RecordingReader recording(bytes, "test");
+  REQUIRE(recording.blocks().size() == 2);
+  const std::vector<TaskAttempt> attempts = task_attempts(recording);
+  REQUIRE(attempts.size() == 1);
+  REQUIRE(attempts[0].progress.mark);
+  CHECK((*attempts[0].progress.mark - home_of(scene) - Vec3(0, 0, -0.003)).norm() < 1e-6);
+}
