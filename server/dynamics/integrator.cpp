@@ -58,12 +58,14 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   // on time. What is left of a frame is then one damped step: a frame has to end.
   const double steps_uncut = std::max(kFewestSteps, std::ceil((until_s - state.time_s) / std::min(step_s, options_.step_s)));
   const double bound = kNewtonAStep * steps_uncut;
-  const double most_touched = std::min<double>(kTouchedNewtonAStep * steps_uncut, options_.most_iterations);
+  const double most_touched = kTouchedNewtonAStep * steps_uncut;
+  int touched_iterations = 0;
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone
   while (until_s - state.time_s > 1e-9) {
     const bool touched = touches(ports);
-    if (report.newton_iterations > (touched ? most_touched : options_.most_iterations)) {
+    const bool too_dear = touched && (touched_iterations > most_touched || report.newton_iterations > bound);
+    if (too_dear || report.newton_iterations > options_.most_iterations) {
       report.converged = false;
       return report;
     }
@@ -87,7 +89,9 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     if (!is_alone(ports) || !relaxation.empty()) most_j.reset();
     if (is_alone(ports) && !most_j) most_j = dynamics_->energy(state);
     touched_ = false;
+    const int iterations_before = report.newton_iterations;
     const bool ok = step(state, ports, h, tools, report) && !(most_j && !touched_ && gains_energy(before, state, *most_j));
+    if (touched || touched_) touched_iterations += report.newton_iterations - iterations_before;
     if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * options_.event_step_s)) {
       relaxation.relax(h / 2, state);
       find_holding_forces(*dynamics_, state, ports);

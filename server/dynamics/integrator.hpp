@@ -15,8 +15,9 @@
 // change fast), is redone with half the step. What even the shortest does not get through takes a damped step: backward Euler,
 // down the same potential from standstill, so that it can only calm the body. So does a step so long that the trapezoid would
 // throw a node further than elements are long (far from balance, many periods at once: an abrupt release of a light stiff body).
-// Contacts that contradict each other have no such way out: there the step is given up. All that is counted in cut_steps. Where
-// tools touch, advance() gives up as well before it takes kTouchedNewtonAStep iterations a step, ten times what hands take.
+// Contacts that contradict each other have no such way out: there the step is given up. All that is counted in cut_steps.
+// Where tools touch, advance() gives up as well when its steps with contact have taken kTouchedNewtonAStep iterations for each
+// step that it would have uncut, ten times what hands take.
 //
 // A tool is a port on the body (ToolPort). attach: its node is where the tool is at the end of each stage, and its velocity is
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers

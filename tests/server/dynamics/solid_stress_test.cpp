@@ -127,6 +127,8 @@ TEST_CASE(
 
 TEST_CASE("A look ahead in few steps that flies apart is given up") { ill_treat(1'000'000, 106); }
 
+TEST_CASE("A tool that meets a body in turmoil answers for the iterations of its contact alone") { ill_treat(1'000'000, 574); }
+
 TEST_CASE("A thousand solids of any kind outlive any treatment", "[.soak]") {
   for (int trial = 0; trial < 1000; ++trial) ill_treat(1'000'000, trial);
 }
