@@ -90,9 +90,10 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     if (is_alone(ports) && !most_j) most_j = dynamics_->energy(state);
     touched_ = false;
     const int iterations_before = report.newton_iterations;
-    const bool ok = step(state, ports, h, tools, report) && !(most_j && !touched_ && gains_energy(before, state, *most_j));
+    StepEnd end = step(state, ports, h, tools, report);
+    if (end == StepEnd::done && most_j && !touched_ && gains_energy(before, state, *most_j)) end = StepEnd::failed;
     if (touched || touched_) touched_iterations += report.newton_iterations - iterations_before;
-    if (ok && (same_contacts(ports_before, ports) || h <= 1.01 * options_.event_step_s)) {
+    if (end == StepEnd::done) {
       relaxation.relax(h / 2, state);
       find_holding_forces(*dynamics_, state, ports);
       ++report.steps;
@@ -103,9 +104,10 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     state = before;
     ports = ports_before;
     trend_.resize(0);
-    if (!ok) std::fill(responses_.begin(), responses_.end(), PortResponse{});  // they may be of a shape that flew apart
-    h_try = ok ? options_.event_step_s : h / 2;
-    matrix_a_ = ok ? matrix_a_ : 0;
+    const bool failed = end == StepEnd::failed;
+    if (failed) std::fill(responses_.begin(), responses_.end(), PortResponse{});  // they may be of a shape that flew apart
+    h_try = failed ? h / 2 : options_.event_step_s;
+    if (failed) matrix_a_ = 0;
     ++report.cut_steps;
     if (h_try >= shortest_s) continue;
     if (touched_ || touches(ports) || !damped_step(state, ports, h, tools, report)) {
@@ -191,7 +193,8 @@ void Integrator::hold_nodes(const Stage& stage, const std::vector<ToolPort>& por
   }
 }
 
-bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report) {
+Integrator::StepEnd Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools,
+                                     AdvanceReport& report) {
   static const double gamma = 2 - std::sqrt(2.0);
   static const double c1 = 1 / (gamma * (2 - gamma)), c0 = (1 - gamma) * (1 - gamma) / (gamma * (2 - gamma));
   const double t0 = state.time_s;
@@ -199,6 +202,8 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
   start_held(ports, tools, t0 + gamma * h, state);
   const Vector x0 = state.x, v0 = state.v;
 
+  const std::vector<ToolPort> ports_before = ports;
+  const bool ends_at_events = h > 1.01 * options_.event_step_s;
   const auto run = [&](Stage& stage) {
     std::vector<Vec3> points(ports.size());
     for (std::size_t k = 0; k < ports.size(); ++k) {
@@ -207,14 +212,19 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
       ports[k].needle.axis = tool.axis;
     }
     hold_nodes(stage, ports, points, state);
-    return solve_stage(stage, points, state, ports, report);
+    if (!newton(stage, points, state, ports, report)) return StepEnd::failed;
+    // A tool that ended up inside the surface touched it during this stage: solve again, now with the contact.
+    const bool begins = begin_contacts(points, state, ports);
+    touched_ |= begins;
+    if (ends_at_events && !same_contacts(ports_before, ports)) return StepEnd::contact_event;
+    return !begins || newton(stage, points, state, ports, report) ? StepEnd::done : StepEnd::failed;
   };
 
   total_forces(state, ports, f_);
   if (throws_over(f_, a) && !touches(ports)) {
     trend_.resize(0);
     ++report.cut_steps;
-    return damped_step(state, ports, h, tools, report);
+    return damped_step(state, ports, h, tools, report) ? StepEnd::done : StepEnd::failed;
   }
   // Newton starts from velocities that go on changing as they did; what is wrong with that it takes back.
   if (trend_.size() == state.v.size()) state.v += gamma * h * trend_;
@@ -223,17 +233,17 @@ bool Integrator::step(BodyState& state, std::vector<ToolPort>& ports, double h, 
   stage.end_s = t0 + gamma * h;
   stage.x_hat = x0 + a * v0;
   stage.v_hat = v0 + a * f_.cwiseQuotient(dynamics_->masses());
-  if (!run(stage)) return false;
+  if (const StepEnd end = run(stage); end != StepEnd::done) return end;
   const Vector v1 = state.v;
   stage.x_hat = c1 * state.x - c0 * x0;
   stage.v_hat = c1 * v1 - c0 * v0;
   stage.end_s = t0 + h;
   state.v += (1 - gamma) / gamma * (v1 - v0);
-  if (!run(stage)) return false;
+  if (const StepEnd end = run(stage); end != StepEnd::done) return end;
   trend_ = (state.v - v1) / ((1 - gamma) * h);
 
   state.time_s = t0 + h;
-  return is_sound(state);
+  return is_sound(state) ? StepEnd::done : StepEnd::failed;
 }
 
 }  // namespace palpate

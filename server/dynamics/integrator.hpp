@@ -91,14 +91,14 @@ class Integrator final : public Stepper {
     NodeWeights b;            // of where the port is
   };
 
-  bool step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
+  enum class StepEnd { done, contact_event, failed };
+  /// A step longer than event_step_s ends where a contact begins or ends, unfinished.
+  StepEnd step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
   bool throws_over(const Vector& forces, double a) const;
   /// A free body may lose energy; one that has more than `most_j`, beyond rounding, was stepped too far.
   bool gains_energy(const BodyState& before, const BodyState& after, double most_j) const;
   /// One step of backward Euler, for a body that no tool touches: goes down a potential, however far Newton's method gets.
   bool damped_step(BodyState& state, std::vector<ToolPort>& ports, double h, const ToolMotion& tools, AdvanceReport& report);
-  bool solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
-                   AdvanceReport& report);
   bool newton(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state, std::vector<ToolPort>& ports,
               AdvanceReport& report);
   bool refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report);

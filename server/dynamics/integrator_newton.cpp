@@ -8,15 +8,6 @@
 
 namespace palpate {
 
-bool Integrator::solve_stage(const Stage& stage, const std::vector<Vec3>& tool_points, BodyState& state,
-                             std::vector<ToolPort>& ports, AdvanceReport& report) {
-  if (!newton(stage, tool_points, state, ports, report)) return false;
-  // A tool that ended up inside the surface touched it during this stage: solve again, now with the contact.
-  if (!begin_contacts(tool_points, state, ports)) return true;
-  touched_ = true;
-  return newton(stage, tool_points, state, ports, report);
-}
-
 bool Integrator::refresh_matrix(const BodyState& state, double a, bool indefinite, AdvanceReport& report) {
   for (PortResponse& r : responses_) r.valid = false;
   ++report.factorisations;
