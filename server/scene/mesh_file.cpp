@@ -32,7 +32,10 @@ std::string extension(const std::filesystem::path& file) {
 /// All triangles of the file, with its own vertices.
 TriangleMesh import(const MeshSettings& settings, const std::string& where) {
   const std::string ext = extension(settings.path);
-  if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a mesh file by its name", "FILE.obj or FILE.stl");
+  if (ext == ".msh" || ext == ".vtk")
+    throw InputError(where, "holds tetrahedra by its name",
+                     "a closed surface, FILE.obj or FILE.stl; tetrahedra belong in body.mesh of a scene");
+  if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a surface by its name", "FILE.obj or FILE.stl");
   std::string bytes = read_plain_file(settings.path, where, "an OBJ or STL file", kMaxFileBytes);
   return ext == ".obj" ? read_obj(without_mark(std::move(bytes)), where) : read_stl(bytes, where);
 }
@@ -103,14 +106,23 @@ TriangleMesh welded(const TriangleMesh& mesh) {
   return out;
 }
 
+std::string length_in_words(double metres) {
+  const auto [unit, factor] = metres >= 1e3    ? std::pair{"km", 1e-3}
+                              : metres >= 1    ? std::pair{"m", 1.0}
+                              : metres >= 1e-3 ? std::pair{"mm", 1e3}
+                                               : std::pair{"um", 1e6};
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g %s", factor * metres, unit);
+  return text;
+}
+
 void check_size(const Vec3& extent, double scale, const std::string& where) {
   const double size = extent.maxCoeff();
   if (size >= kMinExtentM && size <= kMaxExtentM) return;
   std::string hint;
   if (size > 0) hint = ", for example with scale " + Json::number(scale * std::pow(10, std::round(std::log10(0.15 / size)))).text;
-  char text[64];
-  std::snprintf(text, sizeof text, "is %.3g m across", size);
-  throw InputError(where, text, "0.005 to 2 m" + hint);
+  throw InputError(where, "is " + length_in_words(size) + " across with scale " + Json::number(scale).text,
+                   "0.005 to 2 m" + hint);
 }
 
 void check_closed(const TriangleMesh& mesh, const std::string& where) {

@@ -157,8 +157,9 @@ TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what
   const auto [a, b, c] = finned.triangles[0];
   finned.triangles.insert(finned.triangles.end(), {{a, b, fin}, {b, a, fin}, {c, b, a}});
   expect(test::as_obj(finned), "with more than two triangles");
-  expect(test::as_obj(good, 1000), "is 100 m across; expected 0.005 to 2 m, for example with scale 0.001");
-  expect(test::as_obj(good, 0.001), "for example with scale 1000");
+  expect(test::as_obj(good, 1000), "is 100 m across with scale 1; expected 0.005 to 2 m, for example with scale 0.001");
+  expect(test::as_obj(good, 1e6), "is 100 km across");
+  expect(test::as_obj(good, 0.001), "is 100 um across with scale 1; expected 0.005 to 2 m, for example with scale 1000");
   auto flat = good;
   for (Vec3& v : flat.vertices) v[2] *= 1e-4;
   expect(test::as_obj(flat), "encloses no volume");
@@ -168,7 +169,9 @@ TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what
   folder.write("cut.stl", test::as_binary_stl(good).substr(0, 1000));
   expect("", "", replaced(kMeshScene, "ball.obj", "cut.stl"));
   expect("", "cannot be read", replaced(kMeshScene, "ball.obj", "absent.obj"));
-  expect("", "FILE.obj or FILE.stl", replaced(kMeshScene, "ball.obj", "ball.vtk"));
+  expect("", "is not a surface by its name; expected FILE.obj or FILE.stl", replaced(kMeshScene, "ball.obj", "ball.ply"));
+  expect("", "holds tetrahedra by its name; expected a closed surface, FILE.obj or FILE.stl",
+         replaced(kMeshScene, "ball.obj", "ball.msh"));
 }
 
 TEST_CASE("Fields of a mesh out of range are refused by name", "[scene]") {
