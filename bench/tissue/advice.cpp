@@ -21,7 +21,6 @@ namespace palpate {
 namespace {
 
 constexpr double kNodes[] = {250, 400, 650, 1000, 1500};  // coarse to fine
-constexpr std::size_t kFewestMeshes = 3;
 constexpr double kStepsS[] = {0.050, 0.025, 0.010, 0.005};
 constexpr double kStepShare = 0.25;  // share of the allowed error
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -30,6 +29,12 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// Returns the message about a scene in memory without the place in the scene's text.
+std::string without_place(const std::string& message, const std::string& file) {
+  const auto end = message.find(": ", file.size());
+  return message.starts_with(file + ':') && end != std::string::npos ? message.substr(end + 2) : message;
 }
 
 class Adviser {
@@ -50,9 +55,9 @@ class Adviser {
 
  private:
   Scene scene_of(double spacing_m) const {
-    const auto folder = std::filesystem::absolute(request_.surface).parent_path();
-    return read_scene(advised_scene(request_, advice_.body, request_.surface.filename().string(), spacing_m, advice_.step_s),
-                      (folder / "advised.json").string(), {folder});
+    const auto file = std::filesystem::absolute(request_.surface);
+    return read_scene(advised_scene(request_, advice_.body, file.filename().string(), spacing_m, advice_.step_s), file.string(),
+                      {file.parent_path()});
   }
 
   void add_meshes() {
@@ -61,18 +66,24 @@ class Adviser {
       refused = reason;
       says_(fmt::format("{:.3g} mm: {}", 1e3 * spacing_m, reason));
     };
+    double before_m = kNever;
     for (const double nodes : kNodes) {
       const double spacing_m = spacing_for(advice_.body, nodes);
-      if (!scenes_.empty() && spacing_m > 0.95 * advice_.tried.back().spacing_m) continue;  // both as coarse as the shape allows
+      if (spacing_m > 0.95 * before_m) continue;  // both as coarse as the shape allows
+      before_m = spacing_m;
       try {
         add_scene(spacing_m);
       } catch (const InputError& error) {
-        refuse(spacing_m, error.what());
+        refuse(spacing_m, without_place(error.what(), std::filesystem::absolute(request_.surface).string()));
       }
     }
     take_compliances(refuse);
-    if (scenes_.empty())
-      throw InputError("--surface " + request_.surface.string(), "makes no body: " + refused, "another surface or --held");
+    if (!scenes_.empty()) return;
+    const Vec3 mm = 1e3 * advice_.body.size_m;
+    throw InputError("--surface " + request_.surface.string(),
+                     fmt::format("makes no body of {:.3g} x {:.3g} x {:.3g} mm: {}", mm.x(), mm.y(), mm.z(),
+                                 refused.substr(0, refused.find("; expected "))),
+                     "another surface, --scale or --held");
   }
 
   void add_scene(double spacing_m) {
@@ -97,9 +108,10 @@ class Adviser {
       AdvisedMesh& mesh = advice_.tried[i];
       mesh.compliances_m_n = touch_compliances(scenes_[i], compared_);
       if (mesh.compliances_m_n.empty()) {
-        refuse(mesh.spacing_m, fmt::format("the body has no equilibrium: {} of {} nodes are held, too few for all of it; "
-                                           "expected a larger --held",
-                                           mesh.held, mesh.nodes));
+        refuse(mesh.spacing_m,
+               fmt::format("the body has no equilibrium, as {} of its {} nodes being held is too few for all of it; "
+                           "expected a larger --held",
+                           mesh.held, mesh.nodes));
         scenes_.erase(scenes_.begin() + static_cast<std::ptrdiff_t>(i));
         advice_.tried.erase(advice_.tried.begin() + static_cast<std::ptrdiff_t>(i));
         continue;
@@ -157,11 +169,22 @@ class Adviser {
     }
   }
 
-  bool is_true(const AdvisedMesh& mesh) const { return tip_fits(mesh) && mesh.mesh_error + advice_.step_error <= request_.error; }
+  bool is_true(const AdvisedMesh& mesh) const {
+    return advice_.error_known() && mesh.mesh_error + advice_.step_error <= request_.error;
+  }
   /// A tip narrower than the spacing presses on single nodes.
   bool tip_fits(const AdvisedMesh& mesh) const { return mesh.spacing_m <= advice_.body.radius_m; }
   double most_ms() const { return 1e3 * kShareOfFrame / request_.rate_hz; }
   bool is_fast(const AdvisedMesh& mesh) const { return mesh.frame_ms() <= most_ms(); }
+
+  /// A fast mesh is better than a slow one, one that keeps the volume better than one that misses more of it, and then one with
+  /// the smaller error; of slow ones, the fastest is best.
+  bool is_better(const AdvisedMesh& a, const AdvisedMesh& b) const {
+    if (is_fast(a) != is_fast(b)) return is_fast(a);
+    if (!is_fast(a)) return a.frame_ms() < b.frame_ms();
+    const auto missed = [](const AdvisedMesh& mesh) { return mesh.keeps_volume() ? 0 : std::abs(mesh.filled_share - 1); };
+    return std::pair(missed(a), a.mesh_error) < std::pair(missed(b), b.mesh_error);
+  }
 
   /// Measures with a hand at each of these places; the slowest counts, together with earlier measurements.
   void measure(std::size_t i, const std::vector<Vec3>& places) {
@@ -176,29 +199,27 @@ class Adviser {
       mesh.scheme = scheme;
       mesh.step_ms = cost ? cost->step_ms : kNever;
       mesh.patch_ms = cost ? frame_ms - cost->step_ms : 0;
+      mesh.core_share = cost ? cost->core_share : 1;
       mesh.worst_place = place.place;
     }
     says_(fmt::format("{:.3g} mm, {}: {:.1f} ms a frame", 1e3 * mesh.spacing_m, name_of(mesh.scheme), mesh.frame_ms()));
   }
 
-  /// Measures the coarsest mesh at all places; finer ones, while they are fast and not yet accurate enough, where that one took
+  /// Measures the coarsest mesh at all places; finer ones, while they are fast and not yet good enough, where that one took
   /// longest. The best of those is measured at all places before it is chosen.
   void choose_mesh() {
     std::vector<AdvisedMesh>& tried = advice_.tried;
+    const auto fits = [&](const AdvisedMesh& mesh) { return is_true(mesh) && tip_fits(mesh) && mesh.keeps_volume(); };
     measure(0, places_);
     std::size_t last = 0;
-    while (last + 1 < tried.size() && is_fast(tried[last]) && !is_true(tried[last])) measure(++last, {tried.front().worst_place});
-    const auto best_of_fast = [&] {
-      std::size_t best = 0;
-      for (std::size_t i = 1; i <= last; ++i)
-        if (is_fast(tried[i]) && (!is_fast(tried[best]) || tried[i].mesh_error < tried[best].mesh_error)) best = i;
-      return best;
-    };
-    for (std::size_t best = best_of_fast();; best = best_of_fast()) {
-      advice_.chosen = best;
-      if (best == 0 || !is_fast(tried[best])) break;
-      measure(best, places_);
-      if (is_fast(tried[best])) break;
+    while (last + 1 < tried.size() && is_fast(tried[last]) && !fits(tried[last])) measure(++last, {tried.front().worst_place});
+    const auto end = tried.begin() + static_cast<std::ptrdiff_t>(last) + 1;
+    while (true) {
+      const auto best = std::min_element(tried.begin(), end, [&](const auto& a, const auto& b) { return is_better(a, b); });
+      advice_.chosen = static_cast<std::size_t>(best - tried.begin());
+      if (advice_.chosen == 0 || !is_fast(*best)) break;
+      measure(advice_.chosen, places_);
+      if (is_fast(*best)) break;
     }
     advice_.true_enough = is_true(tried[advice_.chosen]);
     advice_.fast_enough = is_fast(tried[advice_.chosen]);

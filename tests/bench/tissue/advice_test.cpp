@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bench/tissue/advice_text.hpp"
 #include "bench/tissue/advised_body.hpp"
 #include "bench/tissue/touch_compliance.hpp"
 #include "common/base/error.hpp"
@@ -17,12 +18,13 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A box of 60 x 50 x 40 mm in millimetres, as OBJ, in its own folder.
-std::filesystem::path box_surface(const std::string& folder) {
+/// A box in millimetres, as OBJ, in its own folder.
+std::filesystem::path box_surface(const std::string& folder, const Vec3& size_mm = {60, 50, 40}) {
   const auto place = std::filesystem::temp_directory_path() / ("palpate-advice-" + folder);
   std::filesystem::create_directories(place);
   std::ofstream file(place / "box.obj");
-  for (int i = 0; i < 8; ++i) file << fmt::format("v {} {} {}\n", i & 1 ? 60 : 0, i & 2 ? 50 : 0, i & 4 ? 40 : 0);
+  for (int i = 0; i < 8; ++i)
+    file << fmt::format("v {} {} {}\n", i & 1 ? size_mm.x() : 0, i & 2 ? size_mm.y() : 0, i & 4 ? size_mm.z() : 0);
   file << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
   return place / "box.obj";
 }
@@ -36,6 +38,27 @@ AdviceRequest for_box(const std::string& folder) {
   request.error = 0.2;
   return request;
 }
+
+/// Advice of three meshes, the second of which is chosen and meets a request of 5 % at 20 Hz.
+Advice good_advice() {
+  Advice advice;
+  advice.body.radius_m = 0.02;
+  for (const double spacing_m : {0.012, 0.010, 0.008}) {
+    AdvisedMesh mesh;
+    mesh.spacing_m = spacing_m;
+    mesh.mesh_error = 4 * spacing_m;
+    mesh.worst_error = 0.1;
+    mesh.step_ms = 10;
+    mesh.patch_ms = 10;
+    advice.tried.push_back(mesh);
+  }
+  advice.chosen = 1;
+  advice.step_known = advice.true_enough = advice.fast_enough = true;
+  return advice;
+}
+
+/// All lines of misfits() for a request of 5 % at 20 Hz.
+std::string misfits_of(const Advice& advice) { return fmt::format("{}", fmt::join(misfits(AdviceRequest{}, advice), "\n")); }
 
 }  // namespace
 
@@ -152,4 +175,95 @@ TEST_CASE("Advice without a surface, a size or a material says what is wrong") {
   request = for_box("refused");
   request.surface = "no-such-file.stl";
   CHECK_THAT(refusal(request), Contains("no-such-file.stl"));
+}
+
+TEST_CASE("A mesh that misses the volume is not chosen where a fast one keeps it, however small its error") {
+  AdviceRequest request = for_box("volume");
+  request.surface = box_surface("volume", {60, 60, 60});
+  std::int64_t now = 0;
+  const Advice advice = advise(request, [&] { return now += 1000; });
+  const AdvisedMesh& chosen = advice.tried[advice.chosen];
+  CHECK(chosen.keeps_volume());
+  bool tempting = false;
+  for (const AdvisedMesh& mesh : advice.tried) tempting |= !mesh.keeps_volume() && mesh.mesh_error < chosen.mesh_error;
+  CHECK(tempting);
+}
+
+TEST_CASE("Each requirement that a mesh misses is said, also where others are, with what would help") {
+  CHECK(misfits_of(good_advice()).empty());
+  Advice advice = good_advice();
+  AdvisedMesh& chosen = advice.tried[1];
+  advice.body.radius_m = 0.003;
+  advice.tried[0].mesh_error = chosen.mesh_error = 0.181;
+  advice.true_enough = false;
+  CHECK_THAT(misfits_of(advice), Contains("a tip of 3 mm is narrower") && Contains("--radius-mm 20 would do") &&
+                                     Contains("the force is 18 % from the continuum's, 5 % was requested") &&
+                                     Contains("a spacing of 8.00 mm keeps it"));
+  advice.tried[2].filled_share = 0.9;
+  CHECK_THAT(misfits_of(advice), Contains("a spacing of 8.00 mm keeps it, but has 90 % of the volume"));
+  for (AdvisedMesh& mesh : advice.tried) mesh.mesh_error = 0.181;
+  CHECK_THAT(misfits_of(advice), Contains("no mesh that was tried does") && Contains("--radius-mm"));
+}
+
+TEST_CASE("Advice says that its errors cannot be trusted, and where the force is far from the continuum's") {
+  Advice advice = good_advice();
+  advice.model_error = 0.343;
+  CHECK_THAT(misfits_of(advice), Contains("Do not trust the errors") && Contains("34 %"));
+  advice = good_advice();
+  advice.tried[1].worst_error = 0.78;
+  advice.tried[1].worst_error_place = Vec3(0.082, 0.052, 0.036);
+  CHECK_THAT(misfits_of(advice), Contains("Does not fit everywhere") && Contains("(82, 52, 36) mm") && Contains("78 %"));
+}
+
+TEST_CASE("Advice says what of the volume a mesh misses, and which mesh has more of it") {
+  Advice advice = good_advice();
+  advice.tried[0].filled_share = 0.40;
+  advice.tried[1].filled_share = 0.52;
+  advice.tried[2].filled_share = 0.86;
+  CHECK_THAT(misfits_of(advice), Contains("Does not fit: the body has 52 % of the volume") && Contains("8.00 mm has 86 %"));
+}
+
+TEST_CASE("A frame that is too long is said with a rate that the machine keeps, and a busy machine is said to be") {
+  Advice advice = good_advice();
+  advice.fast_enough = false;
+  advice.tried[1].step_ms = 15;
+  advice.tried[1].patch_ms = 40;  // at 10 Hz 30 ms of steps and one patch: 70 of 100 ms
+  CHECK_THAT(misfits_of(advice), Contains("55.0 ms a frame") && Contains("--rate-hz 10 would do"));
+  advice.tried[1].step_ms = 40;  // of 50 ms, whatever the rate
+  CHECK_THAT(misfits_of(advice), Contains("the steps alone are too slow"));
+  advice = good_advice();
+  advice.tried[1].core_share = 0.25;
+  CHECK_THAT(misfits_of(advice), Contains("25 % of a core") && Contains("80 ms on the clock") && Contains("skips frames"));
+}
+
+TEST_CASE("The error of fewer than three meshes is not known, and none is claimed to fit") {
+  AdviceRequest request = for_box("flat");
+  request.surface = box_surface("flat", {60, 60, 8});
+  std::int64_t now = 0;
+  const Advice advice = advise(request, [&] { return now += 1000; });
+  CHECK_FALSE(advice.error_known());
+  CHECK_FALSE(advice.true_enough);
+  CHECK_THAT(fmt::format("{}", fmt::join(misfits(request, advice), "\n")), Contains("The error is not known"));
+}
+
+TEST_CASE("Only axes that differ by more than a few percent are called longest and thinnest") {
+  CHECK(orientation_in_words({0.060, 0.061, 0.059}) == "z is up");
+  CHECK(orientation_in_words({0.060, 0.060, 0.020}) == "z is up; thinnest along z");
+  CHECK(orientation_in_words({0.060, 0.020, 0.020}) == "z is up; longest along x");
+  CHECK(orientation_in_words({0.060, 0.020, 0.040}) ==
+        "z is up; longest along x; thinnest along y (--up y lays it on its broad side)");
+}
+
+TEST_CASE("A surface that makes no body is refused with its size and without the place in a file that does not exist") {
+  AdviceRequest request = for_box("plate");
+  request.surface = box_surface("plate", {300, 300, 3});
+  std::vector<std::string> said;
+  AdviceHearer hearer;
+  hearer.says = [&](const std::string& what) { said.push_back(what); };
+  CHECK_THROWS_WITH(
+      advise(
+          request, [] { return std::int64_t{}; }, hearer),
+      Contains("makes no body of 300 x 300 x 3 mm") && Contains("--scale") && !Contains("obj:6") && !Contains(".json"));
+  REQUIRE(said.size() == 1);
+  CHECK_THAT(said.front(), Contains("1.35 mm: the clip keeps"));
 }
