@@ -14,7 +14,7 @@
 #include "common/base/error.hpp"
 #include "server/body/surface_stiffness.hpp"
 #include "server/body/touch_places.hpp"
-#include "server/io/frame_cost.hpp"
+#include "server/core/frame_budget.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -193,7 +193,7 @@ class Adviser {
     scene.solver.step_s = advice_.step_s;
     for (const SurfaceStiffness& place : finger_stiffnesses(scene, places)) {
       const std::optional<FrameCost> cost = frame_cost(scene, place, request_.rate_hz, stopwatch_);
-      const Scheme scheme = cost && cost->ms(Scheme::hyper, 1) <= most_ms() ? Scheme::hyper : Scheme::port;
+      const Scheme scheme = cost ? served_scheme(*cost, request_.rate_hz) : Scheme::port;
       const double frame_ms = cost ? cost->ms(scheme, 1) : kNever;
       if (frame_ms <= mesh.frame_ms()) continue;
       mesh.scheme = scheme;
@@ -246,6 +246,10 @@ Continued continue_to_no_size(const std::vector<double>& sizes, const std::vecto
   }
   const Eigen::Vector2d fit = line.colPivHouseholderQr().solve(y);
   return {fit[0], (line * fit - y).cwiseAbs().maxCoeff() / std::abs(fit[0])};
+}
+
+Scheme served_scheme(const FrameCost& cost, double rate_hz) {
+  return cost.ms(Scheme::hyper, 1) <= 1e3 * FrameBudget::kSchemesMayTake / rate_hz ? Scheme::hyper : Scheme::port;
 }
 
 std::string advised_scene(const AdviceRequest& request, const AdvisedBody& body, const std::string& file, double spacing_m,

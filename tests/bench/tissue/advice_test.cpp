@@ -227,8 +227,8 @@ TEST_CASE("A frame that is too long is said with a rate that the machine keeps, 
   Advice advice = good_advice();
   advice.fast_enough = false;
   advice.tried[1].step_ms = 15;
-  advice.tried[1].patch_ms = 40;  // at 10 Hz 30 ms of steps and one patch: 70 of 100 ms
-  CHECK_THAT(misfits_of(advice), Contains("55.0 ms a frame") && Contains("--rate-hz 10 would do"));
+  advice.tried[1].patch_ms = 30;  // at 10 Hz 30 ms of steps and one patch: 60 of 100 ms
+  CHECK_THAT(misfits_of(advice), Contains("45.0 ms a frame") && Contains("--rate-hz 10 would do"));
   advice.tried[1].step_ms = 40;  // of 50 ms, whatever the rate
   CHECK_THAT(misfits_of(advice), Contains("the steps alone are too slow"));
   advice = good_advice();
@@ -266,4 +266,14 @@ TEST_CASE("A surface that makes no body is refused with its size and without the
       Contains("makes no body of 300 x 300 x 3 mm") && Contains("--scale") && !Contains("obj:6") && !Contains(".json"));
   REQUIRE(said.size() == 1);
   CHECK_THAT(said.front(), Contains("1.35 mm: the clip keeps"));
+}
+
+TEST_CASE("A frame costs what the server's choice of patches costs, which is nonlinear while it fits into the frame") {
+  FrameCost cost;
+  cost.step_ms = 15;
+  cost.port_ms = 15;
+  cost.hyper_ms = 30;
+  CHECK(served_scheme(cost, 20) == Scheme::hyper);  // 45 of 50 ms: more than advise allows, but what the server serves
+  cost.hyper_ms = 34;
+  CHECK(served_scheme(cost, 20) == Scheme::port);
 }
