@@ -22,9 +22,9 @@
 // against steps of a quarter of the shortest.
 //
 // Cost: mean processor time of a frame with one pressing hand (server/io/frame_cost.hpp) at the most expensive place, with the
-// patches that palpate-server would choose; it must stay below kShareOfFrame of 1 / rate. A hand that slides takes up to 1.2
-// times as long, and single frames of a press 1.5 times. Where other load takes the core (`core_share`), frames take longer on
-// the clock.
+// patches that palpate-server would choose; it must stay below kShareOfFrame of 1 / rate. A hand that slides takes up to 1.3
+// times as long, single frames of a press 1.5 times. Where other load takes the core (`core_share`), frames take longer on the
+// clock.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -66,7 +66,7 @@ class Misfits {
 
   void add_error() {
     if (!advice_.true_enough)
-      add("Does not fit: the force is {:.0f} % from the continuum's, {:.3g} % was requested; {}.", 100 * advice_.error(),
+      add("Does not fit: the force is {:.3g} % from the continuum's, {:.3g} % was requested; {}.", 100 * advice_.error(),
           100 * request_.error, what_helps());
     const double worst = mesh_.worst_error + advice_.step_error;
     if (worst > kFar * request_.error)

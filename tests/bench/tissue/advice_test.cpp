@@ -197,7 +197,7 @@ TEST_CASE("Each requirement that a mesh misses is said, also where others are, w
   advice.tried[0].mesh_error = chosen.mesh_error = 0.181;
   advice.true_enough = false;
   CHECK_THAT(misfits_of(advice), Contains("a tip of 3 mm is narrower") && Contains("--radius-mm 20 would do") &&
-                                     Contains("the force is 18 % from the continuum's, 5 % was requested") &&
+                                     Contains("the force is 18.1 % from the continuum's, 5 % was requested") &&
                                      Contains("a spacing of 8.00 mm keeps it"));
   advice.tried[2].filled_share = 0.9;
   CHECK_THAT(misfits_of(advice), Contains("a spacing of 8.00 mm keeps it, but has 90 % of the volume"));
