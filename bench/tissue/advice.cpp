@@ -177,13 +177,13 @@ class Adviser {
   double most_ms() const { return 1e3 * kShareOfFrame / request_.rate_hz; }
   bool is_fast(const AdvisedMesh& mesh) const { return mesh.frame_ms() <= most_ms(); }
 
-  /// A fast mesh is better than a slow one, one that keeps the volume better than one that misses more of it, and then one with
-  /// the smaller error; of slow ones, the fastest is best.
+  /// A fast mesh is better than a slow one; of fast ones, that with the smaller `off`, the larger of its error and its missed
+  /// volume; of slow ones, the fastest.
   bool is_better(const AdvisedMesh& a, const AdvisedMesh& b) const {
     if (is_fast(a) != is_fast(b)) return is_fast(a);
     if (!is_fast(a)) return a.frame_ms() < b.frame_ms();
-    const auto missed = [](const AdvisedMesh& mesh) { return mesh.keeps_volume() ? 0 : std::abs(mesh.filled_share - 1); };
-    return std::pair(missed(a), a.mesh_error) < std::pair(missed(b), b.mesh_error);
+    const auto off = [](const AdvisedMesh& mesh) { return std::max(mesh.mesh_error, std::abs(mesh.filled_share - 1)); };
+    return off(a) < off(b);
   }
 
   /// Measures with a hand at each of these places; the slowest counts, together with earlier measurements.

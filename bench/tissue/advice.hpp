@@ -15,8 +15,8 @@
 // is that at the top, as is `model_error`; the worst of all places is reported as well. Deep presses, and glued edges, are not
 // covered.
 //
-// Volume: a lattice misses thin parts of the surface, and thus another body is compared. A mesh that misses more than
-// kVolumeMissed of the volume is chosen only if no fast one keeps it.
+// Volume: a lattice misses thin parts of the surface, and thus another body is compared. Of fast meshes that is
+// chosen for which the larger of error and missed volume is smallest; more than kVolumeMissed is said.
 //
 // Error of the step: the highest node moves down by 10 mm in 0.5 s (bench/measure/pushed_cube.hpp); root mean square of the force
 // against steps of a quarter of the shortest.

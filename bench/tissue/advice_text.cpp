@@ -82,7 +82,7 @@ class Misfits {
     for (const AdvisedMesh& mesh : advice_.tried) {
       if (mesh.mesh_error + advice_.step_error > request_.error) continue;
       const std::string spacing = fmt::format("a spacing of {:.2f} mm keeps it", 1e3 * mesh.spacing_m);
-      if (missed(mesh) <= missed(mesh_)) return spacing + " at a lower --rate-hz";
+      if (missed(mesh) <= missed(mesh_)) return spacing + ", but takes longer";
       help = fmt::format("{}, but has {:.0f} % of the volume", spacing, 100 * mesh.filled_share);
     }
     return help;
@@ -95,7 +95,7 @@ class Misfits {
     add("Does not fit: the body has {:.0f} % of the volume that the surface encloses; {}the spacing is too coarse for it{}.",
         100 * mesh_.filled_share, mesh_.filled_share < 1 ? "parts that do not hang together with the rest are left out, or " : "",
         missed(*closest) < missed(mesh_)
-            ? fmt::format("; {:.2f} mm has {:.0f} %, at a lower --rate-hz", 1e3 * closest->spacing_m, 100 * closest->filled_share)
+            ? fmt::format("; {:.2f} mm has {:.0f} %, but takes longer", 1e3 * closest->spacing_m, 100 * closest->filled_share)
             : "");
   }
 
