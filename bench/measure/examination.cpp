@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -87,22 +86,26 @@ class DrawnPoint {
   Random random_;
 };
 
+constexpr double kOwnM = 1e-6;  // hits closer than this are one
+
+/// `distances`: along a ray through a point of the surface; the body begins there at `from_m`.
+double scale_for(const std::vector<double>& distances, double from_m) {
+  const auto out = std::upper_bound(distances.begin(), distances.end(), from_m + kOwnM);
+  return out == distances.end() ? 1 : std::min(1.0, kDeepestShare * (*out - from_m) / kDeepM);
+}
+
 /// Empty if the place is near fixed nodes, or out of reach of a hand.
 std::optional<ExaminedPlace> place_at(const Scene& scene, const Vec3& point, const Vec3& normal) {
   const LumpedBody& body = scene.body;
   for (std::size_t i = 0; i < body.nodes.size(); ++i)
     if (body.fixed[i] && (body.nodes[i] - point).norm() < std::max(scene.tool.radius_m, kDeepM)) return std::nullopt;
-  constexpr double kOwnM = 1e-6;  // hits closer than this are the point's own triangle
-  double thickness = std::numeric_limits<double>::max();
-  for (const double d : hits(body, point, -normal)) {
-    if (d > kOwnM) thickness = std::min(thickness, d);
-    if (d < -kOwnM && d > -kFreeWayM) return std::nullopt;
-  }
+  const std::vector<double> distances = hits(body, point, -normal);
+  if (std::ranges::any_of(distances, [](double d) { return d < -kOwnM && d > -kFreeWayM; })) return std::nullopt;
   const Vec3 along = std::abs(normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
   ExaminedPlace place;
   place.into = -normal;
   place.aside = (along - along.dot(normal) * normal).normalized();
-  place.scale = std::min(1.0, kDeepestShare * thickness / kDeepM);
+  place.scale = scale_for(distances, 0);
   place.start = point + kGapM * normal;
   return place;
 }
@@ -113,6 +116,9 @@ ExaminedPlace top_of(const Scene& scene) {
   ExaminedPlace place;
   place.into = into_body(scene);
   place.start = start_of(scene);
+  const std::vector<double> distances = hits(scene.body, place.start, place.into);
+  const auto entry = std::upper_bound(distances.begin(), distances.end(), 0);
+  if (scene.tool.contact == ContactKind::touch && entry != distances.end()) place.scale = scale_for(distances, *entry);
   return place;
 }
 

@@ -8,9 +8,9 @@
 //
 // An examination takes place at the top of the body, where home_of() is above it, or at a drawn place. Places are drawn evenly
 // over the area of the surface where no node within the tip's radius is fixed and a hand can reach the surface along its normal,
-// through kFreeWayM of free space. There it moves along the inward normal and strokes along the tangent nearest to x. Where the
-// body is thinner than the depth divided by kDeepestShare, all lengths shrink in proportion, so that a thin lobe is not pressed
-// through.
+// through kFreeWayM of free space. There it moves along the inward normal and strokes along the tangent nearest to x.
+// Where the body is thinner than the depth divided by kDeepestShare, at the top as elsewhere, all lengths shrink in proportion,
+// so that a thin lobe is not pressed through.
 #pragma once
 
 #include <cstdint>

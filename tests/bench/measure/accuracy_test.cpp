@@ -68,6 +68,7 @@ TEST_CASE("A plate is not examined deeper than a quarter of its thickness, and a
                                  "plate");
   for (const ExaminedPlace& place : drawn_places(plate, 4))
     if (std::abs(place.into.z()) > 0.99) CHECK(0.010 * place.scale == Approx(0.003));
+  CHECK(0.010 * top_of(plate).scale == Approx(0.003));
   CHECK_THROWS_AS(drawn_places(load_scene(kScenes + "cube6.json"), 1), InputError);
 }
 
