@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "common/patch/terms_pieces.hpp"
+#include "common/player/player.hpp"
 #include "server/reduction/sample_elements.hpp"
+#include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
 namespace {
@@ -90,6 +92,19 @@ std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch
   if (force.empty()) return std::nullopt;
   if (first == 0 && !solid && braked_fast(patch, force.steps())) terms.elements.damping.setZero();
   return terms;
+}
+
+bool terms_depart(const Patch& patch, const NonlinearTerms& terms, Micros horizon) {
+  constexpr Micros kCompareEvery{5'000};
+  constexpr double kTimes = 2, kBesidesN = 1;  // more than a body stiffens or softens on the way; buckled elements: 2 to 6 N
+  const ToolAt now{patch.tool, patch.tool_velocity};
+  PatchPlayer whole(patch, terms), linear(patch, {});
+  for (Micros after = kCompareEvery; after <= horizon; after += kCompareEvery) {
+    const ToolSample tool{patch.stamp + after, dead_reckoned(now, seconds(after)).position};
+    const Vec3 expected = linear.advance(tool).force;
+    if (!((whole.advance(tool).force - expected).norm() <= kTimes * expected.norm() + kBesidesN)) return true;
+  }
+  return false;
 }
 
 }  // namespace palpate

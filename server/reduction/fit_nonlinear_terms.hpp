@@ -11,6 +11,11 @@
 //
 // Shapes: N nodes of the body or of the nonlinear subdomain, r modes, n = r variables, r + 3 for a grasp; u n [m for the tool,
 // m kg^1/2 for modes]; w 3 N [m]; V 3 N x r [kg^-1/2], W 3 N x n; H, H~ n x n [N/m for the tool, 1/s^2 for modes].
+// A solid's sampled elements may buckle in motions that no snapshot has, where the body does not. So its patch is played with
+// its terms and without, F and F_l, while its tool is dead-reckoned over the horizon (tool_prediction.hpp); its terms depart if
+// at some time
+//     |F - F_l| > 2 |F_l| + 1 N.
+//
 // Failures: if no weight is positive, or the elements are too stiff for the player's step, there are no terms.
 // Source: energy-conserving sampling and weighting, Farhat, Avery, Chapman and Cortial, IJNME 98 (2014).
 #pragma once
@@ -37,5 +42,8 @@ struct HyperModel {
 /// `vertices` vertices in the patch. Returns none if none is nonlinear, or if they would be unstable. Requires a body that
 /// has_nonlinear_elements().
 std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch& patch, const HyperModel& model, int vertices);
+
+/// Returns true if the terms of a patch depart. For the tool as a point, without its orientation.
+bool terms_depart(const Patch& patch, const NonlinearTerms& terms, Micros horizon);
 
 }  // namespace palpate

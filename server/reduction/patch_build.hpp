@@ -6,7 +6,7 @@
 //   port      the whole body; the modes of a touch are chosen from rational Krylov directions at the port (basis.hpp,
 //             linear_rollouts.hpp), those of a grasp are the first of them
 //   hyper     the whole body, a basis for its likely motions (pod_basis.hpp), and in addition to the linear patch some of its
-//             elements (fit_nonlinear_terms.hpp); if that fails, `port` is built, and the patch reports it
+//             elements (fit_nonlinear_terms.hpp); if that fails or they depart, `port` is built, and the patch reports it
 //
 // All but `hold` are one pipeline, for both kinds of port (shared_system.hpp) and both operators (frame_model.hpp):
 //

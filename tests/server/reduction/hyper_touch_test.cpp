@@ -225,3 +225,14 @@ TEST_CASE("Under a touch dampers turn with their springs unless they brake away 
     CHECK((springs.damping.maxCoeff() > 0) != stiff);
   }
 }
+
+TEST_CASE("Terms whose elements buckle are known by the force that they foretell on the way of the tool") {
+  Touch touch(2, deeper);
+  BuiltPatch made = touch.patch(Scheme::hyper);
+  for (const double down_m_s : {0.0, 0.05, 0.1}) {
+    made.patch.tool_velocity = Vec3(0, 0, -down_m_s);
+    CHECK_FALSE(terms_depart(made.patch, made.terms, touch.horizon));
+  }
+  made.terms.elements.stiffness *= -100;  // the stiffer they were, the softer
+  CHECK(terms_depart(made.patch, made.terms, touch.horizon));
+}
