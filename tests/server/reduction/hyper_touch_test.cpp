@@ -233,6 +233,6 @@ TEST_CASE("Terms whose elements buckle are known by the force that they foretell
     made.patch.tool_velocity = Vec3(0, 0, -down_m_s);
     CHECK_FALSE(terms_depart(made.patch, made.terms, touch.horizon));
   }
-  made.terms.elements.stiffness *= -100;  // the stiffer they were, the softer
+  made.terms.elements.stiffness *= -100;  // their forces pull the other way
   CHECK(terms_depart(made.patch, made.terms, touch.horizon));
 }
