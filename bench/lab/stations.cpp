@@ -23,7 +23,7 @@ namespace palpate {
 namespace {
 
 struct StationsFlags {
-  std::string scene, scheme = "port", device = "none", out;
+  std::string scene, scheme = "hyper", device = "none", out;
   MeshFolders mesh_folders;
   int stations = 2, order = 0;
   double apart_mm = 20, slide_mm = 0, duration_s = 4;

@@ -60,6 +60,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   if (patch.contact == ContactKind::touch) {
     surface_ = PlayedSurface(patch_.surface, r, psi0_);
     contact_ = SurfaceContact(patch.point, patch.touching && !patch.needle.tip.inside, patch.c_static);
+    if (nonlinear_.empty() && r > 0 && !surface_.empty()) contact_.compensate_slides(patch_, surface_);
     others_ = OtherContacts(patch, surface_, psi0_, dt_);
     needle_ = NeedleContacts(patch, psi0_);
     push_.response.setZero(2 * r, 3);

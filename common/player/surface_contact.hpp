@@ -13,11 +13,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "common/patch/contact_law.hpp"
 #include "common/patch/onset.hpp"
 #include "common/patch/patch.hpp"
 #include "common/player/port_push.hpp"
+#include "common/player/slide_compliance.hpp"
 
 namespace palpate {
 
@@ -33,8 +35,10 @@ class PlayedSurface {
   /// Moves all vertices with the modes.
   void place(const ModeVector& q) noexcept;
   Vec3 vertex(int i, const ModeVector& q) const;
-  /// Sets R at a point, and Psi0 R^T.
-  void respond(const SurfacePoint& point, PortRows& rows, PortPush& push) const noexcept;
+  /// Returns R at a point.
+  PortRows rows_at(const SurfacePoint& point) const noexcept;
+  /// Returns Psi0 R^T at a point.
+  PortResponse response_at(const SurfacePoint& point) const noexcept;
 
  private:
   std::size_t count_ = 0;  // of triangles
@@ -54,6 +58,8 @@ class SurfaceContact {
   SurfaceContact() = default;
   SurfaceContact(const SurfacePoint& point, bool touching, const Mat3& c_static = Mat3::Zero())
       : touching_(touching), point_(point), c_static_(c_static) {}
+  /// Adds to c_static what the modes of a linear patch lack where the tool slides to (slide_compliance.hpp).
+  void compensate_slides(const Patch& patch, const PlayedSurface& surface);
   bool touching() const { return touching_; }
   /// Returns where the point is, with the surface as it was placed.
   Vec3 place(const PlayedSurface& surface) const noexcept;
@@ -76,6 +82,8 @@ class SurfaceContact {
   Vec3 beyond_ = Vec3::Zero();  // b
   Vec3 normal_ = Vec3::Zero();  // of the last step with contact
   Mat3 c_static_ = Mat3::Zero();
+  std::optional<SlideCompliance> slide_compliance_;
+  Mat3 slid_ = Mat3::Zero();  // slide compliance since the contact began or since the stamp
 };
 
 }  // namespace palpate
