@@ -23,7 +23,7 @@ constexpr double kFirstCostMostS = 0.05;    // of the first in long steps: a fra
 constexpr double kFrameCostMostS = 0.0125;  // of all: a quarter of a frame at 20 Hz
 
 /// Comes first where a tool does not touch.
-const HandRollout kPress{.dead_reckoned = true, .presses = true, .snapshots = kSnapshots};
+const HandRollout kPress{.presses = true, .snapshots = kSnapshots};
 
 /// In order of worth: most bodies are touched from above. Tuned: docs/notebook.md, 26, 71.
 const std::array<HandRollout, 6> kHandRollouts{
@@ -94,13 +94,11 @@ std::vector<PredictedState> StatePrediction::states(Micros horizon) {
       return moved(rollout, hands[port], body_->tool(port, from_seconds(t)), t - body_->state().time_s);
     };
     if (long_steps_) long_steps_->allow(k == 0 ? kFirstCostMostS : kFrameCostMostS);
-    const bool to_its_end = roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
+    roll_out(seconds(horizon), tool, [&](int snapshot, const Vector& x) {
       if (snapshot * rollout.snapshots % kSnapshots != 0) return;
       const bool end = snapshot == kSnapshots && rollout.aside_m_s2.isZero(0);
       ahead.push_back({end ? SnapshotKind::rollout_end : SnapshotKind::rollout, rollout.weight, x});
     });
-    // Without the likeliest states, the others count for less than the states before, whose place in the basis they would take.
-    if (k == 0 && !to_its_end) return {};
   }
   return ahead;
 }
@@ -116,9 +114,8 @@ std::size_t StatePrediction::affordable_rollouts(Micros horizon) const {
   return rollouts;
 }
 
-/// Steps a copy of the body. `snapshot` gets the number of the moment, up to kSnapshots, and x. Returns false if a step does not
-/// converge.
-bool StatePrediction::roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot) {
+/// Steps a copy of the body until a step does not converge. `snapshot` gets the number of the moment, up to kSnapshots, and x.
+void StatePrediction::roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot) {
   assert(over_s > 0);
   BodyState next = body_->state();
   std::vector<ToolPort> ports = body_->ports();
@@ -127,10 +124,9 @@ bool StatePrediction::roll_out(double over_s, const ToolMotion& tool, const std:
     const double until_s = body_->state().time_s + k * over_s / moments;
     if (!(long_steps_ ? long_steps_->advance(next, ports, until_s, tool, moments + 1 - k)
                       : body_->integrator().stepper->advance(next, ports, until_s, body_->integrator().step_s, tool).converged))
-      return false;
+      return;
     snapshot(k * (kSnapshots / moments), next.x);
   }
-  return true;
 }
 
 }  // namespace palpate

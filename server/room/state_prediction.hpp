@@ -4,10 +4,10 @@
 // (tool_prediction.hpp), at
 //
 //     dead_reckoned   h(t) = h* + v (t - t^2 / (2 T)), decelerating: as its track continues without samples
-//     presses         the same, and where it does not touch d(t) into the surface (accelerated_distance())
 //     else            h(t) = h* + v t + a (t e - e^2 / 2),   e = min(t, kAccelerationTimeS);   at rest after kPredictionMostS
 //
 //     a = 0,  or a_h (accelerates),  or a_h + aside_m_s2;     a_h the present acceleration of the hand (SteppedBody::hand_motion)
+//     presses         in addition, where it does not touch, d(t) into the surface (accelerated_distance())
 //
 // all hands at once in each. h [m], v [m/s], a [m/s^2]; of a grasp h is the position to which its node is led
 // (tool_coupling.hpp). Where a tool does not touch, the hand that presses comes first, alone if the body sleeps: the body at rest
@@ -17,8 +17,8 @@
 // as fit into kFrameCostMostS, in the order of the table, none of a body with c > kBodyCostMax. Where the integrator keeps
 // something from step to step, and of solids, whose explicit steps are hundreds, TR-BDF2 takes one long step from snapshot to
 // snapshot (rollout_integrator.hpp): the first rollout may cost kFirstCostMostS, the others are run for what it leaves of
-// kFrameCostMostS. A rollout whose steps do not converge or cost too much ends there; if that is the first one, none count. Tuned
-// and measured: docs/notebook.md, 24, 26, 30, 33, 71.
+// kFrameCostMostS. A rollout ends where a step does not converge or costs too much, with the states before. Tuned and measured:
+// docs/notebook.md, 24, 26, 30, 33, 71.
 #pragma once
 
 #include <functional>
@@ -35,13 +35,12 @@ class StatePrediction {
  public:
   /// `body` must outlive it.
   explicit StatePrediction(SteppedBody& body);
-  /// Returns the states of a frame; none for a body that sleeps and is only touched, or whose first rollout does not get to its
-  /// end.
+  /// Returns the states of a frame; none for a body that sleeps and is only touched.
   std::vector<PredictedState> states(Micros horizon);
 
  private:
   std::size_t affordable_rollouts(Micros horizon) const;
-  bool roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);
+  void roll_out(double over_s, const ToolMotion& tool, const std::function<void(int, const Vector&)>& snapshot);
 
   SteppedBody* body_;
   std::optional<RolloutIntegrator> long_steps_;
