@@ -31,8 +31,10 @@ bool needs_settling(const Scene& scene, const Vec3& start) {
   return beside || scene.body.gravity_m_s2.squaredNorm() > 0;
 }
 
-ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns) {
-  return reference_forces(scene, std::span(&path, 1), {}, {}, std::span(&turns, turns.empty() ? 0 : 1)).front();
+ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns, const ToolOpenings& openings) {
+  return reference_forces(scene, std::span(&path, 1), {}, {}, std::span(&turns, turns.empty() ? 0 : 1),
+                          std::span(&openings, openings.empty() ? 0 : 1))
+      .front();
 }
 
 struct ReferenceModel::State {
@@ -100,11 +102,12 @@ ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools) 
 
 ReferenceModel::~ReferenceModel() = default;
 
-void ReferenceModel::tick(std::span<const Vec3> tools, std::span<const Rotation> turns) {
+void ReferenceModel::tick(std::span<const Vec3> tools, std::span<const Rotation> turns, std::span<const double> openings) {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
   for (std::size_t k = 0; k < tools.size(); ++k) {
-    s.tracks[k].add(std::vector{ToolSample{now, tools[k], turns.empty() ? Orientation() : Orientation(turns[k])}});
+    s.tracks[k].add(std::vector{
+        ToolSample{now, tools[k], turns.empty() ? Orientation() : Orientation(turns[k]), openings.empty() ? 0 : openings[k]}});
     s.tracks[k].forget_before(now - Micros{10'000});
   }
   for (std::size_t k = 0; k < tools.size(); ++k)
@@ -162,6 +165,19 @@ Vec3 ReferenceModel::torque(std::size_t tool) const {
   return torque;
 }
 
+double ReferenceModel::grip(std::size_t tool) const {
+  const State& s = *state_;
+  double grip = 0;
+  if (!has_jaws(s.scene.tool.shape) || s.fade[tool]) return grip;
+  const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
+  const std::vector<double> surface = s.skin.place(s.body.x);
+  s.for_contacts(tool, [&](const ToolPort& port) {
+    const Vec3 place = port.lowest(at.centre_of(port.sphere).position, normal_at(s.skin.view(), surface, port.point));
+    grip -= grip_of(port.sphere, at.turn, place - at.at.position, port.lambda);
+  });
+  return grip;
+}
+
 NeedleTip ReferenceModel::tip(std::size_t tool) const {
   for (const ToolPort& port : state_->ports)
     if (port.tool == tool) return port.needle.tip;
@@ -169,14 +185,17 @@ NeedleTip ReferenceModel::tip(std::size_t tool) const {
 }
 
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths, std::span<const Micros> resets,
-                                             const std::function<void(double)>& progress, std::span<const ToolTurns> turns) {
+                                             const std::function<void(double)>& progress, std::span<const ToolTurns> turns,
+                                             std::span<const ToolOpenings> openings) {
   std::vector<ReferenceForce> result(paths.size());
   if (paths.empty() || paths[0].empty()) return result;
   std::vector<Vec3> tools(paths.size());
   std::vector<Rotation> held(turns.size());
+  std::vector<double> opened(openings.size());
   const auto place = [&](std::size_t i) {
     for (std::size_t k = 0; k < paths.size(); ++k) tools[k] = paths[k][i];
     for (std::size_t k = 0; k < turns.size(); ++k) held[k] = turns[k][i];
+    for (std::size_t k = 0; k < openings.size(); ++k) opened[k] = openings[k][i];
   };
   place(0);
   ReferenceModel model(scene, tools);
@@ -184,12 +203,13 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
     place(i);
     for (; !resets.empty() && resets.front() <= Micros{1000 * static_cast<std::int64_t>(i)}; resets = resets.subspan(1))
       model.reset();
-    model.tick(tools, held);
+    model.tick(tools, held, opened);
     for (std::size_t k = 0; k < paths.size(); ++k) {
       result[k].force.push_back(model.force(k));
       result[k].contact.push_back(model.contact(k));
       if (scene.tool.has_body()) result[k].torque.push_back(model.torque(k));
       if (scene.tool.needle) result[k].tip.push_back(model.tip(k));
+      if (has_jaws(scene.tool.shape)) result[k].grip.push_back(model.grip(k));
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }

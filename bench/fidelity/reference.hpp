@@ -23,9 +23,9 @@ class ReferenceModel {
   /// Tools begin at `tools`, one per station. Throws what settled_state() throws.
   ReferenceModel(const Scene& scene, std::span<const Vec3> tools);
   ~ReferenceModel();
-  /// Advances to `tools`, held as `turns` (empty: upright): to 0 ms at the first call, 1 ms at the second, ... Throws
-  /// std::runtime_error if the model cannot be stepped.
-  void tick(std::span<const Vec3> tools, std::span<const Rotation> turns = {});
+  /// Advances to `tools`, held as `turns` (empty: upright) and opened by `openings` (empty: closed): to 0 ms at the first call, 1
+  /// ms at the second, ... Throws std::runtime_error if the model cannot be stepped.
+  void tick(std::span<const Vec3> tools, std::span<const Rotation> turns = {}, std::span<const double> openings = {});
   /// Copies the state of `at`, a model of the same scene with as many tools.
   void continue_from(const ReferenceModel& at);
   /// Puts the body back to rest, as a room does (tool_coupling.hpp).
@@ -34,6 +34,7 @@ class ReferenceModel {
   Vec3 force(std::size_t tool) const;     ///< on the tool [N]
   NeedleTip tip(std::size_t tool) const;  ///< of a needle
   Vec3 torque(std::size_t tool) const;    ///< on a tool with a body, about the tool point [N m]
+  double grip(std::size_t tool) const;    ///< on the opening of jaws (common/base/tool_shape.hpp) [N m]
 
  private:
   struct State;
@@ -45,21 +46,25 @@ struct ReferenceForce {
   std::vector<std::uint8_t> contact;
   std::vector<Vec3> torque;         ///< about the tool point [N m]; empty for a tool that is a point
   std::vector<NeedleTip> tip = {};  ///< of a needle; empty for other tools
+  std::vector<double> grip = {};    ///< on the opening of jaws [N m]; empty for other tools
 };
 
-/// Path of a tool: its positions at 0, 1, 2, ... ms; and how it is held there, empty: upright.
+/// Path of a tool: its positions at 0, 1, 2, ... ms; how it is held there, empty: upright; and the opening of its jaws, empty:
+/// closed.
 using ToolPath = std::vector<Vec3>;
 using ToolTurns = std::vector<Rotation>;
+using ToolOpenings = std::vector<double>;
 
 /// Throws std::runtime_error if the model cannot be stepped.
-ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns = {});
-/// Forces on several tools on one body, in the order of `paths` (and of `turns`, if given), which are equally long. `attach` has
-/// one node, so one tool. The body is reset at `resets`, ascending times into the paths. `progress` is called every tick with the
-/// share of the paths that is done.
+ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const ToolTurns& turns = {},
+                               const ToolOpenings& openings = {});
+/// Forces on several tools on one body, in the order of `paths` (and of `turns` and `openings`, if given), which are equally
+/// long. `attach` has one node, so one tool. The body is reset at `resets`, ascending times into the paths. `progress` is called
+/// every tick with the share of the paths that is done.
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
                                              std::span<const Micros> resets = {},
                                              const std::function<void(double)>& progress = {},
-                                             std::span<const ToolTurns> turns = {});
+                                             std::span<const ToolTurns> turns = {}, std::span<const ToolOpenings> openings = {});
 
 /// Returns true if coupling the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins off the node). Both
 /// the server and the reference then get kSettle before the motion begins.

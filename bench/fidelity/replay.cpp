@@ -108,7 +108,7 @@ Fidelity fidelity_of(const std::vector<Vec3>& felt, const std::vector<Vec3>& ref
 }
 
 void measure(ReplayResult& result, const ReferenceForce& reference, const std::vector<std::uint8_t>& scored) {
-  std::vector<Vec3> felt, felt_torque;
+  std::vector<Vec3> felt, felt_torque, felt_grip, reference_grip;
   std::vector<std::uint8_t> contact;
   std::vector<double> ages_us;
   const bool has_torque = !reference.torque.empty();
@@ -121,12 +121,18 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
       tick.reference_torque = reference.torque[i];
       felt_torque.push_back(tick.felt_torque);
     }
+    if (!reference.grip.empty()) {
+      tick.reference_grip = reference.grip[i];
+      felt_grip.emplace_back(tick.felt_grip, 0, 0);
+      reference_grip.emplace_back(tick.reference_grip, 0, 0);
+    }
     felt.push_back(tick.felt);
     contact.push_back(tick.contact);
     if (tick.patch_age >= Micros{}) ages_us.push_back(static_cast<double>(tick.patch_age.count()));
   }
   result.fidelity = fidelity_of(felt, reference.force, scored);
   if (has_torque) result.torque = fidelity_of(felt_torque, reference.torque, scored);
+  if (!reference_grip.empty()) result.grip = fidelity_of(felt_grip, reference_grip, scored);
   result.onset = onset_errors(contact, reference.contact);
   std::vector<HandOver> between;
   for (const ReplaySwap& swap : result.swaps) between.push_back(swap.between);
@@ -202,7 +208,10 @@ std::vector<ReferenceForce> references_of(std::span<const ReplayResult> results)
         std::any_of(ticks.begin(), ticks.end(), [](const ReplayTick& tick) { return !tick.reference_torque.isZero(0); });
     const bool has_tip =
         std::any_of(ticks.begin(), ticks.end(), [](const ReplayTick& tick) { return tick.reference_tip.front_m > 0; });
+    const bool has_grip =
+        std::any_of(ticks.begin(), ticks.end(), [](const ReplayTick& tick) { return tick.reference_grip != 0; });
     for (const ReplayTick& tick : ticks) {
+      if (has_grip) references[k].grip.push_back(tick.reference_grip);
       references[k].force.push_back(tick.reference);
       references[k].contact.push_back(tick.true_contact ? 1 : 0);
       if (has_torque) references[k].torque.push_back(tick.reference_torque);
@@ -224,11 +233,13 @@ std::vector<double> relative_errors(const ReplayResult& result) {
 ReferenceForce reference_of(const Scene& scene, const Motion& motion) {
   std::vector<Vec3> positions;
   ToolTurns turns;
+  ToolOpenings openings;
   for (Micros t{}; t <= motion.duration(); t += kTick) {
     positions.push_back(motion.position(t));
     if (motion.has_orientation()) turns.push_back(*motion.orientation(t));
+    if (motion.has_opening()) openings.push_back(motion.opening(t));
   }
-  return reference_force(scene, positions, turns);
+  return reference_force(scene, positions, turns, openings);
 }
 
 ReplayResult replay(const Scene& scene, const Motion& motion, const ReplayOptions& options, const Stopwatch& stopwatch) {
@@ -287,6 +298,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
   const auto ticks = static_cast<std::size_t>(length / kTick) + 1;
   std::vector<ToolPath> paths(n);
   std::vector<ToolTurns> turns(n);
+  std::vector<ToolOpenings> openings(n);
   std::vector<Tally> before(n);
   for (std::size_t k = 0; k < n; ++k) {
     stations[k]->device().start(stations[k]->clock(begin));
@@ -305,9 +317,12 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
                       out.torque,
                       Vec3::Zero(),
                       out.tip,
-                      {}});
+                      {},
+                      motions[k].opening(t - begin),
+                      out.grip});
       paths[k].push_back(position);
       turns[k].push_back(done.back().turn);
+      openings[k].push_back(done.back().opening);
       if (options.progress && k == 0)
         options.progress("what the hand feels", static_cast<double>(done.size()) / static_cast<double>(ticks));
     };
@@ -325,7 +340,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       options.references.size() == n && !options.simulated_device && options.references[0].force.size() == paths[0].size();
   const std::vector<ReferenceForce> references =
       known ? std::vector<ReferenceForce>(options.references.begin(), options.references.end())
-            : reference_forces(scene, paths, options.resets, full_model_progress, turns);
+            : reference_forces(scene, paths, options.resets, full_model_progress, turns, openings);
   for (std::size_t k = 0; k < n; ++k) {
     if (options.low_pass_hz > 0) low_pass(options.low_pass_hz, results[k].ticks);
     measure(results[k], references[k], k == 0 ? options.scored : std::vector<std::uint8_t>{});

@@ -54,6 +54,7 @@ struct ReplayTick {
   Rotation turn = Rotation::Identity();                              ///< how the tool is held
   Vec3 felt_torque = Vec3::Zero(), reference_torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
   NeedleTip tip, reference_tip;                                      ///< of a needle
+  double opening = 0, felt_grip = 0, reference_grip = 0;             ///< of jaws, and on their opening [N m]
 };
 
 /// Force of the full model at the server, frame by frame: the force of the low-rate model.
@@ -73,6 +74,7 @@ struct ReplayResult {
   std::vector<ReplaySwap> swaps;
   std::vector<ReplayFrame> frames;
   Fidelity fidelity, torque;  ///< of the force; of the torque on a tool with a body that was touched [N m], else all zero
+  Fidelity grip;              ///< on the opening of jaws that were touched [N m], else all zero
   OnsetErrors onset;
   HandOverSteps hand_over;  ///< between the patches, before the cross-fade
   HandOverSteps felt_step;  ///< what a hand-over adds to the change of force from tick to tick, beyond that of the reference

@@ -167,10 +167,11 @@ class Exporter {
   // Blocks repeat at their beginning the last values of the block before.
   void add(const RecordedTurn& t) {
     const Eigen::Vector4d q = t.orientation.coeffs();
-    const auto [at, first] = turns_.try_emplace(t.station, q);
-    if (!first && std::exchange(at->second, q) == q) return;
-    tables_.row(folder(name_of(t.station)) / "orientation.csv", "t_s,qx,qy,qz,qw", "{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}", t_s(t.t),
-                q.x(), q.y(), q.z(), q.w());
+    const std::pair<Eigen::Vector4d, double> held{q, t.opening};
+    const auto [at, first] = turns_.try_emplace(t.station, held);
+    if (!first && std::exchange(at->second, held) == held) return;
+    tables_.row(folder(name_of(t.station)) / "orientation.csv", "t_s,qx,qy,qz,qw,opening",
+                "{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}", t_s(t.t), q.x(), q.y(), q.z(), q.w(), t.opening);
   }
   void add(const RecordedButtons& b) {
     if (b.pressed == std::exchange(buttons_[b.station], b.pressed)) return;
@@ -180,7 +181,7 @@ class Exporter {
   const RecordingReader& recording_;
   StationFolders folders_;
   Tables tables_;
-  std::map<StationId, Eigen::Vector4d> turns_;
+  std::map<StationId, std::pair<Eigen::Vector4d, double>> turns_;
   std::map<StationId, std::uint32_t> buttons_;
 };
 

@@ -1,7 +1,8 @@
 // palpate-lab tools: accuracy of force and torque on tools with a body, over the round trip, and its cost.
 //
 // A cell is the handling (handling.hpp) of one scene with one tool through one scheme at one round trip, with the real cores in
-// virtual time, against the full model at 1 kHz with the same tool.
+// virtual time, against the full model at 1 kHz with the same tool; or the pull at a fold that its jaws have closed on
+// (pinching.hpp), with the force at which they pinch and the largest pull.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "bench/lab/flags.hpp"
 #include "bench/lab/tasks.hpp"
 #include "bench/measure/handling.hpp"
+#include "bench/measure/pinching.hpp"
 #include "common/base/error.hpp"
 #include "server/body/unload.hpp"
 #include "server/scene/tools.hpp"
@@ -23,9 +25,11 @@ namespace {
 struct ToolCell {
   std::string scene, tool;  // at_place(), tasks.hpp
   std::size_t scheme = 0;
+  double pinch = -1;  // opening to which the jaws close; below 0: the handling
   double rtt_ms = 0;
   // Results:
   double force_db = 0, force_p95 = 0, torque_db = 0, torque_p95 = 0, step_n = 0;
+  double grip_db = 0, pinch_n = 0, pull_n = 0, felt_pull_n = 0;  // of jaws; the latter three of the largest pull
   double frame_bytes = 0, build_ms = 0, tick_us = 0, tick_p99_us = 0;
 };
 using ToolCells = std::vector<ToolCell>;
@@ -35,12 +39,17 @@ CellTable<ToolCell> tool_table() {
   table.parameter("scene", &ToolCell::scene)
       .parameter("tool", &ToolCell::tool)
       .parameter("scheme", &ToolCell::scheme, kSchemeNames)
+      .parameter("pinch", &ToolCell::pinch, "{:g}")
       .parameter("rtt_ms", &ToolCell::rtt_ms, "{:g}")
       .result("force_db", &ToolCell::force_db, "{:.2f}")
       .result("force_p95", &ToolCell::force_p95, "{:.4g}")
       .result("torque_db", &ToolCell::torque_db, "{:.2f}")
       .result("torque_p95", &ToolCell::torque_p95, "{:.4g}")
       .result("step_n", &ToolCell::step_n, "{:.3g}")
+      .result("grip_db", &ToolCell::grip_db, "{:.2f}")
+      .result("pinch_n", &ToolCell::pinch_n, "{:.4g}")
+      .result("pull_n", &ToolCell::pull_n, "{:.4g}")
+      .result("felt_pull_n", &ToolCell::felt_pull_n, "{:.4g}")
       .result("frame_bytes", &ToolCell::frame_bytes, "{:.0f}")
       .result("build_ms", &ToolCell::build_ms, "{:.4g}")
       .result("tick_us", &ToolCell::tick_us, "{:.4g}")
@@ -51,12 +60,12 @@ CellTable<ToolCell> tool_table() {
 struct ToolFlags {
   std::string out, scenes = "scenes";
   std::vector<std::string> only{"touch-cube", "touch-stiff", "organ"}, tools, schemes{"port", "hyper"};
-  std::vector<double> rtt_ms{0, 50, 150};
+  std::vector<double> rtt_ms{0, 50, 150}, pinch;
   int places = 0;
   CellFlags cells;
 };
 
-std::string task_of(const ToolCell& cell) { return cell.scene + "/" + cell.tool; }
+std::string task_of(const ToolCell& cell) { return fmt::format("{}/{}/{:g}", cell.scene, cell.tool, cell.pinch); }
 
 ToolCells tool_cells(const ToolFlags& flags) {
   std::vector<std::string> scenes;
@@ -67,9 +76,9 @@ ToolCells tool_cells(const ToolFlags& flags) {
     for (const NamedTool& tool : named_tools()) tools.push_back(tool.name);
   std::vector<std::size_t> schemes;
   for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemeNames, "--schemes"));
-  return crossed(
-      crossed(crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools), &ToolCell::scheme, schemes),
-      &ToolCell::rtt_ms, flags.rtt_ms);
+  ToolCells cells = crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools);
+  if (!flags.pinch.empty()) cells = crossed(cells, &ToolCell::pinch, flags.pinch);
+  return crossed(crossed(cells, &ToolCell::scheme, schemes), &ToolCell::rtt_ms, flags.rtt_ms);
 }
 
 void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& cell) {
@@ -83,8 +92,31 @@ void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& 
   scene.tool.shape = tool->shape;
   const ExaminedPlace place =
       at == std::string::npos ? top_of(scene) : drawn_places(scene, std::stoi(cell.scene.substr(at + 1))).back();
-  Motion motion = handling(place);
+  if (cell.pinch >= 0 && !has_jaws(scene.tool.shape))
+    throw InputError("--pinch with --tools " + cell.tool, "the tool has no jaws", "a tool of scenes/tools that has");
+  Motion motion = cell.pinch >= 0 ? pinching(place, cell.pinch) : handling(place);
   tasks.emplace(task_of(cell), SweepTask{std::move(scene), std::move(motion), {}});
+}
+
+/// Returns the force of each face that gives the grip, if it acts halfway along the jaws [N].
+double pinch_of(const ToolShape& shape, double grip) {
+  double levers = 0;
+  for (const ToolSphere& sphere : shape) levers += std::abs(sphere.swing_rad) * (sphere.hinge_m - sphere.centre.z());
+  const auto on_one = std::ranges::count_if(shape, [](const ToolSphere& sphere) { return sphere.swing_rad > 0; });
+  return grip / (levers / static_cast<double>(on_one));
+}
+
+/// Sets what the jaws do while they pull.
+void measure_pull(ToolCell& cell, const SweepTask& task, const ReplayResult& result) {
+  const Vec3 out = (task.motion.position(kPullEndsS) - task.motion.position(kPullBeginsS)).normalized();
+  for (auto i = static_cast<std::size_t>(1e3 * kPullBeginsS); i < static_cast<std::size_t>(1e3 * kPullEndsS); ++i) {
+    const ReplayTick& tick = result.ticks[i];
+    cell.felt_pull_n = std::max(cell.felt_pull_n, -tick.felt.dot(out));
+    if (const double pull_n = -tick.reference.dot(out); pull_n > cell.pull_n) {
+      cell.pull_n = pull_n;
+      cell.pinch_n = pinch_of(task.scene.tool.shape, tick.reference_grip);
+    }
+  }
 }
 
 void measure_tool(ToolCell& cell, const SweepTask& task) {
@@ -98,6 +130,8 @@ void measure_tool(ToolCell& cell, const SweepTask& task) {
   cell.torque_db = result.torque.snr_db;
   cell.torque_p95 = result.torque.p95_rel_error;
   cell.step_n = result.hand_over.max_n;
+  cell.grip_db = result.grip.snr_db;
+  if (cell.pinch >= 0) measure_pull(cell, task, result);
   cell.frame_bytes = result.patch_bytes_mean;
   cell.build_ms = result.patch_build_ms_mean;
   cell.tick_us = 1e-3 * result.tick_ns_p50;
@@ -113,6 +147,10 @@ void report(const ToolCells& cells) {
     fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
                c.scene, c.tool, kSchemeNames[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db, 100 * c.torque_p95,
                c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+  for (const ToolCell& c : cells)
+    if (c.pinch >= 0)
+      fmt::print("{} {} {} {:g} ms, closed to {:g}: a pull of {:.2f} N (felt {:.2f} N) at a pinch of {:.2f} N; grip {:.1f} dB\n",
+                 c.scene, c.tool, kSchemeNames[c.scheme], c.rtt_ms, c.pinch, c.pull_n, c.felt_pull_n, c.pinch_n, c.grip_db);
 }
 
 int run_tools(const ToolFlags& flags) {
@@ -152,6 +190,11 @@ void add_tools(CLI::App& app, Run& run) {
       ->delimiter(',')
       ->check(CLI::Range(0.0, 2000.0))
       ->capture_default_str();
+  c->add_option("--pinch", flags->pinch,
+                "instead of the handling, jaws close on a fold at the top to these openings, from 0 closed to 1, and pull")
+      ->type_name("OPENING")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 1.0));
   c->add_option("--places", flags->places, "number of places drawn on the surface of each scene; 0: its top")
       ->type_name("N")
       ->check(CLI::Range(0, 64));

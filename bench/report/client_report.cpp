@@ -53,10 +53,11 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
   const auto header = split(line);
   constexpr std::size_t kFirst = 9, kEach = 4, kTurn = 4, kTorque = 3;
   const auto turned_at = static_cast<std::size_t>(std::find(header.begin(), header.end(), "qx") - header.begin());
-  const bool turned = turned_at < header.size();
+  const bool turned = turned_at < header.size(), opened = turned && header.back() == "grip_nm";
+  constexpr std::size_t kJaws = 2;
   const bool whole = turned_at >= kFirst && (turned_at - kFirst) % kEach == 0;
   const std::size_t displays = whole ? 1 + (turned_at - kFirst) / kEach : 0;
-  if (!whole || header[0] != "t_s" || (turned && header.size() != turned_at + kTurn + kTorque * displays))
+  if (!whole || header[0] != "t_s" || (turned && header.size() != turned_at + kTurn + kTorque * displays + (opened ? kJaws : 0)))
     throw InputError(file.string() + ":1", "has another header", "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact,...");
   ClientReport r;
   std::vector<std::string> compared;
@@ -94,6 +95,7 @@ ClientReport read_client_report(const std::filesystem::path& folder, const std::
         const std::size_t t = turned_at + kTurn + kTorque * d;
         if (turned) r.displays[d].torque.emplace_back(value(t), value(t + 1), value(t + 2));
       }
+      if (opened) r.openings.push_back(value(header.size() - kJaws));
       // Within the small angle of a skipped tick the mean of two quaternions, made of unit length, lies between them evenly.
       if (turned)
         r.turns.push_back(

@@ -27,12 +27,14 @@ struct ClientReport {
   double rate_hz = 0;                     ///< the server's frames per second; 0 if summary.json does not contain it
   std::vector<Vec3> positions;            ///< positions of the tool, one per millisecond from the start of the motion [m]
   std::vector<Rotation> turns;            ///< how it was held there; empty where no torque was asked for
+  std::vector<double> openings;           ///< of its jaws there; empty where they were closed
   std::vector<double> patch_age_ms;       ///< patch age of the felt display; below 0: it had no patch
   std::vector<ReportedDisplay> displays;  ///< the felt one first
 };
 
 /// Reads forces.csv in `folder`: t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact, then
-/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison; with torque qx,qy,qz,qw and each display's torque. A skipped
+/// NAME_fx_n,NAME_fy_n,NAME_fz_n,NAME_contact of every comparison; with torque qx,qy,qz,qw and each display's torque, and
+/// with jaws opening,grip_nm. A skipped
 /// tick is interpolated from its neighbours, as the reference needs one position per millisecond. Throws InputError if the file
 /// cannot be read or is not longer than a second.
 ClientReport read_client_report(const std::filesystem::path& folder, const std::string& felt_name);

@@ -164,8 +164,10 @@ int run_fidelity(const FidelityFlags& flags) {
   if (flags.clean_rtt_ms) clean_run.emplace(scene, report, *flags.clean_rtt_ms);
   const auto progress = show_progress();
   const auto turns = report.turns.empty() ? std::span<const ToolTurns>() : std::span<const ToolTurns>(&report.turns, 1);
+  const auto openings =
+      report.openings.empty() ? std::span<const ToolOpenings>() : std::span<const ToolOpenings>(&report.openings, 1);
   const auto shown = [&](double share) { progress("the full model at 1 kHz", share); };
-  const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, shown, turns).front();
+  const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, shown, turns, openings).front();
   write_forces(out / "fidelity.csv", report, reference);
   const std::vector<FidelityRow> rows = rows_of(report, reference);
   if (rows.front().fidelity.contact_ticks == 0) {

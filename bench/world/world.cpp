@@ -170,7 +170,8 @@ void World::haptic_ticks() {
     const Device* const device = (s->owner_ ? s->owner_ : s.get())->device_.get();
     const bool turns = device && device->caps().has_orientation;
     const TickOutput out =
-        s->run_tick(s->core_->haptic(), {t, s->reading_.position, turns ? Orientation(s->reading_.orientation) : Orientation()});
+        s->run_tick(s->core_->haptic(),
+                    {t, s->reading_.position, turns ? Orientation(s->reading_.orientation) : Orientation(), s->reading_.opening});
     if (s->device_) s->core_->haptic().buttons().say(t, s->reading_.buttons);
     if (s->device_) s->device_->write(out.wrench());
     if (s->on_tick) s->on_tick(now_, s->reading_.position, out);

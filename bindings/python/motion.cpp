@@ -49,8 +49,10 @@ void add_motion(py::module_& module) {
       .def(py::init(&motion_of), py::arg("t_s"), py::arg("positions"))
       .def_static(
           "read", [](const std::filesystem::path& file) { return read_motion(file); }, py::arg("file"),
-          "Reads a CSV file t_s,x_m,y_m,z_m, which may go on with the columns qx,qy,qz,qw (the tool's orientation) and buttons\n"
-          "(bit n: button n). write() keeps them, and replay() turns the tool; path() and positions have the positions alone.\n"
+          "Reads a CSV file t_s,x_m,y_m,z_m, which may have further columns: qx,qy,qz,qw (the tool's orientation), buttons (bit "
+          "n:\n"
+          "button n) and opening (of jaws). write() keeps them, and replay() plays them; path() and positions have positions "
+          "alone.\n"
           "Raises InputError with file and line.")
       .def(
           "write", [](const Motion& motion, const std::filesystem::path& file) { write_motion(file, motion); }, py::arg("file"),

@@ -175,6 +175,7 @@ Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& rea
           {"work_ns_p99", stats.work_ns.percentile(0.99)},
           {"force_max_n", stats.force_max_n},
           {"torque_max_nm", stats.torque_max_nm},
+          {"grip_max_nm", stats.grip_max_nm},
           {"device_away_ticks", stats.away},
           {"device_not_believed_ticks", stats.not_believed},
           {"watchdog_halts", stats.halts},
@@ -186,8 +187,12 @@ Json loop_json(HapticLoop& loop, const TickLog* ticks, const RealtimeStatus& rea
 
 void write_forces(const std::filesystem::path& file, const RunReport& run) {
   const std::size_t rows = run.ticks ? run.ticks->size() : 0;
-  bool turned = false;
-  for (std::size_t row = 0; row < rows && !turned; ++row) turned = !run.ticks->tick(row).model.torque.isZero(0);
+  bool turned = false, opened = false;
+  for (std::size_t row = 0; row < rows; ++row) {
+    turned |= !run.ticks->tick(row).model.torque.isZero(0);
+    opened |= run.ticks->tick(row).opening != 0;
+  }
+  opened &= turned;
   std::string text = "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,patch_age_ms,contact";
   const auto out = std::back_inserter(text);
   for (std::size_t i = 1; i < run.displays.size(); ++i)
@@ -195,6 +200,7 @@ void write_forces(const std::filesystem::path& file, const RunReport& run) {
   if (turned) text += ",qx,qy,qz,qw";
   for (std::size_t i = 0; i < run.displays.size() && turned; ++i)
     fmt::format_to(out, ",{0}tx_nm,{0}ty_nm,{0}tz_nm", i == 0 ? std::string() : run.displays[i].scheme + "_");
+  if (opened) text += ",opening,grip_nm";
   text += '\n';
   for (std::size_t row = 0; row < rows; ++row) {
     const TickRecord& tick = run.ticks->tick(row);
@@ -213,6 +219,7 @@ void write_forces(const std::filesystem::path& file, const RunReport& run) {
       const Vec3& t = displays[i].wrench.torque;
       fmt::format_to(out, ",{:.9g},{:.9g},{:.9g}", t.x(), t.y(), t.z());
     }
+    if (opened) fmt::format_to(out, ",{:.6f},{:.9g}", tick.opening, tick.grip);
     text += '\n';
   }
   write(file, text);
@@ -249,6 +256,8 @@ std::string describe(const RunReport& run) {
     fmt::format_to(out, "tick      {} ns (median), {} ns (99 %); largest force {:.3f} N\n", stats.tick_ns.percentile(0.5),
                    stats.tick_ns.percentile(0.99), stats.force_max_n);
     if (stats.torque_max_nm > 0) fmt::format_to(out, "torque    largest {:.4f} N m\n", stats.torque_max_nm);
+    if (stats.grip_max_nm > 0)
+      fmt::format_to(out, "grip      largest {:.4f} N m of the jaws' opening, not rendered\n", stats.grip_max_nm);
     if (felt.guard.torques_left_out > 0)
       fmt::format_to(out, "torque    left out for {:.1f} s, as {} renders none\n",
                      static_cast<double>(felt.guard.torques_left_out) / kHapticRateHz, run.options.device_name);

@@ -232,7 +232,9 @@ std::size_t ClientCore::emit_beat(std::span<std::byte> out, Micros now) {
 /// orientation of a point is for viewers alone: the last is enough.
 std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
   const bool turns = welcome().turns;
-  const auto most = static_cast<std::size_t>(turns ? kMaxTurnsPerDatagram : kMaxSamplesPerDatagram);
+  const auto most = static_cast<std::size_t>(welcome().jaws ? kMaxOpeningsPerDatagram
+                                             : turns        ? kMaxTurnsPerDatagram
+                                                            : kMaxSamplesPerDatagram);
   const SampleHistory<ToolSample>& history = intake_.history();
   while (unsent_ > 0) {
     const auto sent = history.size() - unsent_;
@@ -244,6 +246,7 @@ std::size_t ClientCore::emit_samples(std::span<std::byte> out, Micros now) {
     for (auto i = sent - repeat; i < sent + fresh; ++i) {
       samples.samples.push_back(history[i]);
       if (!turns && i + 1 < sent + fresh) samples.samples.back().orientation.reset();
+      if (!welcome().jaws) samples.samples.back().opening = 0;
     }
     if (const auto size = say(std::move(samples), out, now)) return size;
   }

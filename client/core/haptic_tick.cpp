@@ -212,6 +212,7 @@ Wrench HapticTick::patch_wrench(const ToolSample& sample, double dt_s, TickOutpu
     --fade_left_;
   }
   wrench.force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s);
+  out.grip = softening_ * player_.output().grip;
   out.outlived = out.patch_age > valid_for() || sample.t.count() > server_until_us_.load(std::memory_order_acquire);
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
   const double target = good ? 1.0 : 0.0;
@@ -220,6 +221,7 @@ Wrench HapticTick::patch_wrench(const ToolSample& sample, double dt_s, TickOutpu
   gain_ = felt ? std::clamp(target, gain_ - 1.0 / kFadeTicks, gain_ + 1.0 / kFadeTicks) : target;
   if (gain_ < 1) ++counts_.faded_ticks;
   out.gain = felt ? gain_ : 1;
+  out.grip *= gain_;
   return gain_ * guard_.clamped(wrench);
 }
 
@@ -253,7 +255,8 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   if (usable) device_.position = reading.position;
   const bool turns = reading.orientation && is_unit(*reading.orientation);
   if (turns) device_.turn = *reading.orientation;
-  ToolSample sample{reading.t, device_.position, turns ? reading.orientation : Orientation()};
+  if (std::isfinite(reading.opening)) device_.opening = std::clamp(reading.opening, 0.0, 1.0);
+  ToolSample sample{reading.t, device_.position, turns ? reading.orientation : Orientation(), device_.opening};
   const Micros passed = first ? kTick : sample.t - recent_.newest().t;
   const bool coupled = coupling_.stiffness_n_m > 0;
   Vec3 coupling_force = Vec3::Zero();
@@ -262,6 +265,7 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
   if (first && !usable) return {};
 
   TickOutput out;
+  out.opening = sample.opening;
   if (seconds(passed) > Guard::kGapMaxS) restart_after_gap(sample.t);
   // A patch that is this old came from before a pause: playing it up to now would need more than a tick.
   PatchPlayer* const next = patches_.take();

@@ -56,8 +56,10 @@ struct TickOutput {
   Vec3 force = Vec3::Zero(),
        torque = Vec3::Zero();  ///< for the device to render, after the guard [N], about the tool point [N m]
   Vec3 model_force = Vec3::Zero(), model_torque = Vec3::Zero();  ///< before the guard, without guidance
-  NeedleTip tip;                                                 ///< of a needle, by the patch
-  Vec3 guidance = Vec3::Zero();                                  ///< force of guidance before the guard [N]
+  double opening = 0;                                            ///< of the jaws, as played
+  double grip = 0;               ///< on the opening of the jaws, by the patch, with its share displayed (tool_shape.hpp) [N m]
+  NeedleTip tip;                 ///< of a needle, by the patch
+  Vec3 guidance = Vec3::Zero();  ///< force of guidance before the guard [N]
   bool contact = false;
   bool has_patch = false;
   Micros patch_age{};           ///< now minus patch_stamp
@@ -100,7 +102,7 @@ class HapticTick {
              const CouplingParameters& coupling = {});
   /// Runs one tick. `sample.t` is on the client's clock and grows by kTick (the caller skips late ticks and never runs two in a
   /// row). A reading outside the world is not played: the tool counts as standing still. An orientation that is not of unit
-  /// length counts as none.
+  /// length counts as none, an opening outside 0 to 1 as the nearest, one that is no number as the last.
   TickOutput tick(const ToolSample& reading) noexcept;
   /// Sets the limits of the device. Before the first tick only.
   void limit(const GuardLimits& limits) noexcept { guard_ = Guard(limits); }

@@ -32,6 +32,7 @@ struct DeviceCaps {
   Eigen::AlignedBox3d workspace{};  ///< box that the tool point can reach [m]
   bool renders_force = true;        ///< false: a written force has no effect
   bool has_orientation = false;     ///< true: readings carry an orientation
+  bool has_opening = false;         ///< true: readings carry the opening of a gripper
   int buttons = 0;                  ///< number of buttons, 32 at most
   Micros watchdog{};                ///< silence of the host after which driver or device switch the force off by themselves
   // torque, about the tool point
@@ -77,6 +78,7 @@ struct DeviceReading {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< R_WT, of unit length
   std::uint32_t buttons = 0;                                        ///< bit n: button n is pressed
   DeviceReason reason{};                                            ///< empty while ok
+  double opening = 0;                                               ///< of a gripper, 0 closed to 1 wide open
   double share = 1;  ///< share of the next written force that the hand feels, below 1 where a clutch fades the force
   bool ok() const noexcept { return state == DeviceState::ok; }
 };

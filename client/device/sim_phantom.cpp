@@ -78,6 +78,7 @@ SimPhantom::SimPhantom(Motion intention, const SimPhantomOptions& options)
   caps_.velocity_max_m_s = kSpeedMaxMS;
   caps_.has_orientation = intention_.has_orientation();
   caps_.buttons = intention_.button_count();
+  caps_.has_opening = intention_.has_opening();
   turn_ = wanted_turn({});
   if (options_.wrist) {
     caps_.has_orientation = caps_.renders_torque = true;
@@ -96,8 +97,10 @@ DeviceReading SimPhantom::read(Micros now) noexcept {
     step(time_, next);
     time_ = next;
   }
-  return {origin_ + quantised(position_ - origin_, options_.position_step_m), DeviceState::ok,
-          Eigen::Quaterniond(options_.wrist ? turn_ : wanted_turn(time_)), intention_.buttons(time_)};
+  DeviceReading reading{origin_ + quantised(position_ - origin_, options_.position_step_m), DeviceState::ok,
+                        Eigen::Quaterniond(options_.wrist ? turn_ : wanted_turn(time_)), intention_.buttons(time_)};
+  reading.opening = intention_.opening(time_);
+  return reading;
 }
 
 void SimPhantom::write(const Wrench& wrench) noexcept {

@@ -7,7 +7,7 @@
 // mm per axis relative to where it was switched on. It has no gravity, and no friction unless b_device is given: the least damped
 // case.
 //
-// Where the intention includes orientation and buttons, so do the readings.
+// Where the intention includes orientation, opening and buttons, so do the readings.
 //
 // With `wrist` it turns too, and renders a torque T about the tool point:
 //

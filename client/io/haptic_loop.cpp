@@ -141,7 +141,7 @@ bool HapticLoop::tick(Micros due) noexcept {
     begin_again(false);
     share_ = 1;
   }
-  const ToolSample sample{due, reading.position, orientation_of(reading)};
+  const ToolSample sample{due, reading.position, orientation_of(reading), reading.opening};
   const std::int64_t before_ns = now_ns();
   outputs_[0] = displays_[0]->tick(sample);
   displays_[0]->buttons().say(due, reading.buttons);
@@ -157,6 +157,7 @@ bool HapticLoop::tick(Micros due) noexcept {
   ++stats_.ticks;
   stats_.force_max_n = std::max(stats_.force_max_n, reading.share * wrench_.force.norm());
   stats_.torque_max_nm = std::max(stats_.torque_max_nm, reading.share * wrench_.torque.norm());
+  stats_.grip_max_nm = std::max(stats_.grip_max_nm, std::abs(outputs_[0].grip));
   record(due, reading, outputs_[0]);
   stats_.work_ns.add(now_ns() - begin_ns);
   return true;
@@ -216,7 +217,9 @@ void HapticLoop::record(Micros due, const DeviceReading& reading, const TickOutp
                         main.swapped,
                         main.hand_over_step_n,
                         orientation_of(reading),
-                        reading.buttons}))
+                        reading.buttons,
+                        main.opening,
+                        main.grip}))
     return;
   for (std::size_t i = 0; i < outputs_.size(); ++i) recorder_.set(i, {reading.share * outputs_[i].wrench(), outputs_[i].contact});
   recorder_.end();

@@ -51,12 +51,12 @@ struct HapticLoopOptions {
 /// Written by the loop, readable after it has ended.
 struct HapticLoopStats {
   std::uint64_t ticks = 0;
-  std::uint64_t late = 0, very_late = 0;  ///< ticks that woke more than 200 us, more than 1 ms late
-  std::uint64_t skipped = 0;              ///< ticks that never ran
-  std::uint64_t away = 0;                 ///< ticks in which the device was not ok
-  std::uint64_t not_believed = 0;         ///< ticks with an implausible position
-  std::uint64_t halts = 0;                ///< times that the watchdog switched the force off
-  double force_max_n = 0, torque_max_nm = 0;
+  std::uint64_t late = 0, very_late = 0;                       ///< ticks that woke more than 200 us, more than 1 ms late
+  std::uint64_t skipped = 0;                                   ///< ticks that never ran
+  std::uint64_t away = 0;                                      ///< ticks in which the device was not ok
+  std::uint64_t not_believed = 0;                              ///< ticks with an implausible position
+  std::uint64_t halts = 0;                                     ///< times that the watchdog switched the force off
+  double force_max_n = 0, torque_max_nm = 0, grip_max_nm = 0;  ///< the last of the patch, not rendered
   bool device_ended = false;
   Histogram<10'000> late_us{1};    ///< delay from due to awake
   Histogram<10'000> tick_ns{20};   ///< HapticTick::tick of the main display

@@ -28,6 +28,7 @@ struct TickRecord {
   double step_n = 0;
   Orientation orientation = {};
   std::uint32_t buttons = 0;
+  double opening = 0, grip = 0;  ///< of jaws (tool_shape.hpp)
 };
 
 class Recorder {

@@ -33,7 +33,7 @@ void SessionRecording::tick(const TickRecord& tick, const DisplayRecord& felt) {
   recorder_.tick({tick.t, tick.position, tick.model.force, felt.wrench.force, tick.patch_age, tick.has_patch, felt.contact, false,
                   tick.model.torque, felt.wrench.torque});
   if (tick.swapped) recorder_.hand_over({tick.t, tick.t - tick.patch_age, tick.step_n});
-  recorder_.hold(tick.t, tick.orientation, tick.buttons);
+  recorder_.hold(tick.t, tick.orientation, tick.opening, tick.buttons);
 }
 
 void SessionRecording::event(Micros t, RecordedEventKind kind, const std::string& text) {

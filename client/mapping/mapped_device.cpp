@@ -1,5 +1,7 @@
 #include "client/mapping/mapped_device.hpp"
 
+#include <algorithm>
+
 namespace palpate {
 
 MappedDevice::MappedDevice(Device& device, const WorkspaceMapping& mapping, const SceneSpot& spot, std::string_view where)
@@ -29,6 +31,11 @@ void MappedDevice::follow(const Vec3& p_dt, bool engaged) noexcept {
   followed_ = engaged;
 }
 
+void MappedDevice::move_jaws(std::uint32_t buttons, Micros passed) noexcept {
+  const double way = kJawsButton1S * seconds(passed);
+  opening_ = std::clamp(opening_ + (held(mapping_.jaws_button, buttons, false) ? -way : way), 0.0, 1.0);
+}
+
 DeviceReading MappedDevice::read(Micros now) noexcept {
   DeviceReading reading = device_.read(now);
   const bool usable = reading.ok() && reading.position.allFinite();
@@ -49,6 +56,10 @@ DeviceReading MappedDevice::read(Micros now) noexcept {
   // Positions that are not finite are passed on for the caller to notice.
   if (usable || !reading.ok()) reading.position = tool_;
   reading.orientation = rotation_ * reading.orientation;
+  if (mapping_.jaws_button) {
+    move_jaws(reading.buttons, passed);
+    reading.opening = opening_;
+  }
   return reading;
 }
 

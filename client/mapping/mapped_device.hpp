@@ -5,7 +5,8 @@
 // the hand is free to move. When engaged again, the tool continues from where it stayed: c becomes p_WT - s R p_DT, so neither
 // the tool nor the force makes a step, and the force fades in. So a clutch moves the device's reach through a scene larger than
 // it, like the foot pedal of a surgical robot; and a hand that releases its switch leaves the tool standing, where a falling
-// device would push it through an organ. Orientations always follow the hand.
+// device would push it through an organ. Orientations and openings always follow the hand; a button for jaws closes them while it
+// is held, from wide open, and opens them else, within 1 / kJawsButton1S.
 //
 // After wait_for_start() the hand feels nothing until start(), wherever it moves.
 //
@@ -51,6 +52,7 @@ class MappedDevice final : public MotionDevice {
  private:
   bool held(const std::optional<int>& button, std::uint32_t buttons, bool otherwise) const noexcept;
   void follow(const Vec3& p_dt, bool engaged) noexcept;
+  void move_jaws(std::uint32_t buttons, Micros passed) noexcept;
 
   Device& device_;
   WorkspaceMapping mapping_;
@@ -62,7 +64,8 @@ class MappedDevice final : public MotionDevice {
   std::optional<Vec3> origin_;   ///< c; empty before the first reading where that determines it
   DeviceCaps caps_;
   ForceFade body_, weight_;
-  Vec3 tool_;  ///< p_WT
+  Vec3 tool_;           ///< p_WT
+  double opening_ = 1;  ///< of jaws with a button
   Micros last_{};
   bool well_ = false, followed_ = false, placed_ = false;
 };

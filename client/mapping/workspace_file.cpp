@@ -16,8 +16,9 @@ namespace palpate {
 namespace {
 
 constexpr std::array<std::string_view, 3> kAnchors{"automatic", "workspace", "start"};
-constexpr std::array<std::string_view, 10> kFields{"device", "scale",       "rotation_deg",  "offset_m",      "centre_m",
-                                                   "anchor", "force_scale", "tool_weight_n", "clutch_button", "dead_man_button"};
+constexpr std::array<std::string_view, 11> kFields{"device",        "scale",           "rotation_deg", "offset_m",
+                                                   "centre_m",      "anchor",          "force_scale",  "tool_weight_n",
+                                                   "clutch_button", "dead_man_button", "jaws_button"};
 
 std::string text_of(double value) { return Json::number(value).text; }
 
@@ -120,6 +121,7 @@ NamedMapping mapping_of(const Entry& entry) {
   entry.vector("tool_weight_n", kToolWeightMostN, m.tool_weight_n);
   entry.button("clutch_button", m.clutch_button);
   entry.button("dead_man_button", m.dead_man_button);
+  entry.button("jaws_button", m.jaws_button);
   return named;
 }
 
@@ -143,6 +145,7 @@ Json json_of(const NamedMapping& named) {
   out.add("tool_weight_n", list(m.tool_weight_n));
   out.add("clutch_button", button(m.clutch_button));
   out.add("dead_man_button", button(m.dead_man_button));
+  out.add("jaws_button", button(m.jaws_button));
   return out;
 }
 

@@ -53,7 +53,9 @@ DeviceCaps mapped_caps(const DeviceCaps& caps, const WorkspaceMapping& mapping, 
                        const std::optional<Vec3>& centre, std::string_view where) {
   check_button(mapping.clutch_button, "clutch_button", caps, where);
   check_button(mapping.dead_man_button, "dead_man_button", caps, where);
+  check_button(mapping.jaws_button, "jaws_button", caps, where);
   DeviceCaps mapped = caps;
+  mapped.has_opening |= mapping.jaws_button.has_value();
   mapped.force_max_n = left_of(caps.force_max_n, mapping, where);
   mapped.force_continuous_n = left_of(caps.force_continuous_n, mapping, where);
   mapped.slew_max_n_s = caps.slew_max_n_s / mapping.force_scale;

@@ -43,6 +43,7 @@ struct WorkspaceMapping {
   Vec3 tool_weight_n = Vec3::Zero();   ///< w, in D: (0, 0, -0.3) for a tool of 30 g that hangs on the device
   std::optional<int> clutch_button;    ///< while it is held the device moves without the tool (mapped_device.hpp)
   std::optional<int> dead_man_button;  ///< while it is not held there is no force
+  std::optional<int> jaws_button;      ///< while it is held jaws close, else they open; empty: the device's own opening
 
   Mat3 rotation() const;  ///< R_WD
   /// True when a button lets the device move without the tool, so that c changes.
@@ -52,6 +53,7 @@ struct WorkspaceMapping {
 inline constexpr double kScaleLeast = 0.05, kScaleMost = 20;
 inline constexpr double kForceScaleLeast = 0.01, kForceScaleMost = 10;
 inline constexpr double kToolWeightMostN = 20;
+inline constexpr double kJawsButton1S = 2;  ///< by which a button closes and opens jaws, a share of their opening
 inline constexpr int kMaxButtons = 32;
 
 /// Returns the device's capabilities as seen from the scene. `place`: position of the centre in W; `centre`: result of

@@ -14,9 +14,10 @@ void StationRecorder::event(Micros t, RecordedEventKind kind, const std::string&
   writer_.add(event);
 }
 
-void StationRecorder::hold(Micros t, const Orientation& orientation, std::uint32_t buttons) {
+void StationRecorder::hold(Micros t, const Orientation& orientation, double opening, std::uint32_t buttons) {
   const bool turned = orientation && (!orientation_ || orientation->coeffs() != orientation_->coeffs());
-  if (turned) writer_.add(RecordedTurn{t, 0, *orientation});
+  const bool opened = opening != std::exchange(opening_, opening);
+  if (turned || opened) writer_.add(RecordedTurn{t, 0, orientation.value_or(Rotation::Identity()), opening});
   orientation_ = orientation;
   if (buttons != std::exchange(buttons_, buttons)) writer_.add(RecordedButtons{t, 0, buttons});
 }

@@ -13,8 +13,8 @@ class StationRecorder {
   explicit StationRecorder(const RecordingHead& head) : writer_(head) {}
 
   void tick(const RecordedTick& tick) { writer_.add(tick); }
-  /// Records orientation and buttons, called once a tick: only changes are kept.
-  void hold(Micros t, const Orientation& orientation, std::uint32_t buttons);
+  /// Records orientation, opening and buttons, called once a tick: only changes are kept.
+  void hold(Micros t, const Orientation& orientation, double opening, std::uint32_t buttons);
   void hand_over(const RecordedHandOver& hand_over) { writer_.add(hand_over); }
   /// Records the datagram that the core has just received. Patches and their terms are kept as they arrived, also rejected ones.
   void datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now);
@@ -30,6 +30,7 @@ class StationRecorder {
   std::string refusal_;
   bool slow_ = false;
   Orientation orientation_;
+  double opening_ = 0;
   std::uint32_t buttons_ = 0;
   Micros next_links_{};
   std::uint64_t patch_bytes_ = 0, refused_ = 0;

@@ -12,12 +12,16 @@ namespace {
 /// Interpolates evenly between samples, which ascend; constant beyond the ends.
 ToolSample tool_at(const std::vector<ToolSample>& samples, Micros t) {
   const auto after = std::find_if(samples.begin(), samples.end(), [t](const ToolSample& s) { return s.t > t; });
-  if (after == samples.begin()) return {t, after->position, after->orientation};
-  if (after == samples.end()) return {t, samples.back().position, samples.back().orientation};
+  if (after == samples.begin()) return {t, after->position, after->orientation, after->opening};
+  if (after == samples.end()) {
+    ToolSample last = samples.back();
+    last.t = t;
+    return last;
+  }
   const ToolSample& before = *std::prev(after);
   const double part = seconds(t - before.t) / seconds(after->t - before.t);
   return {t, before.position + part * (after->position - before.position),
-          orientation_between(before.orientation, after->orientation, part)};
+          orientation_between(before.orientation, after->orientation, part), std::lerp(before.opening, after->opening, part)};
 }
 
 double least_edge_m(const PortSurface& surface) {

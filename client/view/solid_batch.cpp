@@ -34,8 +34,9 @@ bool SolidBatch::show(const Sight& sight, const Box& rest) {
     if (sight.body.empty())
       append_stylus(next_, stylus_of(tool, tip, station_color(sight.hue(i))));
     else
-      append_instrument(
-          next_, {{tool.position, tool.orientation.value_or(Rotation::Identity())}, sight.body, station_color(sight.hue(i))});
+      append_instrument(next_, {{tool.position, tool.orientation.value_or(Rotation::Identity()), tool.opening},
+                                sight.body,
+                                station_color(sight.hue(i))});
   }
   arrows_from_ = next_.size();
   for (std::size_t i = 0; i < sight.tools.size(); ++i) {

@@ -106,8 +106,10 @@ void append_instrument(SolidMesh& mesh, const Instrument& instrument) {
     }
     append_turned(mesh, at(sphere), Vec3f::UnitZ(), ball);
     top = std::max(top, static_cast<float>(sphere.centre.z()) + radius);
-    if (k + 1 == instrument.body.size() || instrument.body[k + 1].radius_m != sphere.radius_m) continue;
-    const Vec3f way = at(instrument.body[k + 1]) - at(sphere);
+    if (k + 1 == instrument.body.size()) continue;
+    const ToolSphere& next = instrument.body[k + 1];
+    if (next.radius_m != sphere.radius_m || next.swing_rad != sphere.swing_rad) continue;
+    const Vec3f way = at(next) - at(sphere);
     if (way.norm() > 0) append_turned(mesh, at(sphere), way, {{radius, 0, steel, 0.9F}, {radius, way.norm(), steel, 0.9F}});
   }
   constexpr float kHandleM = 0.08F, kRodM = 0.0016F, kCollarM = 0.012F, kGripM = 0.0032F;

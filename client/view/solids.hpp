@@ -40,8 +40,8 @@ struct Stylus {
 };
 void append_stylus(SolidMesh& mesh, const Stylus& stylus);
 
-/// A tool with a body: its spheres, those of one radius that follow each other joined to a rod, and a thin handle along z with a
-/// collar in the station's colour.
+/// A tool with a body: its spheres, those of one radius and one jaw that follow each other joined to a rod, and a thin handle
+/// along z with a collar in the station's colour.
 struct Instrument {
   ToolPose pose;
   std::span<const ToolSphere> body;

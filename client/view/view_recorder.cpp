@@ -98,7 +98,9 @@ void ViewRecorder::take_tools(const Tools& tools, const RoomView& room) {
     }
     writer_.add(touch);
     writer_.add(RecordedPath{touch.station, {{tools.body_time, tool.position}}});
-    if (tool.orientation) writer_.add(RecordedTurn{touch.t, touch.station, tool.orientation->normalized()});
+    if (tool.orientation || tool.opening != 0)
+      writer_.add(
+          RecordedTurn{touch.t, touch.station, tool.orientation.value_or(Rotation::Identity()).normalized(), tool.opening});
     if (tool.buttons != std::exchange(buttons_[touch.station], tool.buttons))
       writer_.add(RecordedButtons{touch.t, touch.station, tool.buttons});
   }

@@ -44,6 +44,7 @@ void blend(const Between<Tools>& pair, std::vector<ToolView>& tools) {
     if (a == pair.from->tools.end() || b == pair.to->tools.end()) continue;
     tool.position = a->position + pair.s * (b->position - a->position);
     tool.force = a->force + pair.s * (b->force - a->force);
+    tool.opening = std::lerp(a->opening, b->opening, pair.s);
     tool.orientation = orientation_between(a->orientation, b->orientation, pair.s);
   }
 }

@@ -235,15 +235,18 @@ std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
   return tools;
 }
 
-/// Sets orientation and buttons of the tool.
+/// Sets orientation, opening and buttons of the tool.
 void RecordedScene::hold_at(const Hand& hand, Micros t, ToolView& tool) {
   if (const auto change = last_until(hand.buttons, t); change != hand.buttons.end()) tool.buttons = change->pressed;
   const auto a = last_until(hand.turns, t);
   if (a == hand.turns.end()) return;
   tool.orientation = a->orientation;
+  tool.opening = a->opening;
   const auto b = std::next(a);
-  if (b != hand.turns.end() && b->t - a->t <= kFarFrames && b->t > a->t)
-    tool.orientation = a->orientation.slerp(seconds(t - a->t) / seconds(b->t - a->t), b->orientation);
+  if (b == hand.turns.end() || b->t - a->t > kFarFrames || b->t <= a->t) return;
+  const double share = seconds(t - a->t) / seconds(b->t - a->t);
+  tool.orientation = a->orientation.slerp(share, b->orientation);
+  tool.opening = std::lerp(a->opening, b->opening, share);
 }
 
 ViewMoment RecordedScene::at(Micros t) {

@@ -63,18 +63,19 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
     const std::string name = station ? recording.head().name : recording.name_of(turn.station);
     const auto moved = [&](const SessionHand& hand) { return hand.name == name; };
     if (std::any_of(session.hands.begin(), session.hands.end(), moved))
-      append(hand_of(session, name).turns, {since_begin(turn.t), turn.orientation});
+      append(hand_of(session, name).turns, {since_begin(turn.t), turn.orientation, turn.opening});
   }
 }
 
-/// Returns the orientation at a time, evenly between those before and after.
-Rotation turn_at(const std::vector<SessionTurn>& turns, double t_s) {
+/// Returns orientation and opening at a time, evenly between those before and after.
+SessionTurn turn_at(const std::vector<SessionTurn>& turns, double t_s) {
   const auto after =
       std::upper_bound(turns.begin(), turns.end(), t_s, [](double t, const SessionTurn& turn) { return t < turn.t_s; });
-  if (after == turns.begin()) return turns.front().turn;
-  if (after == turns.end()) return turns.back().turn;
+  if (after == turns.begin()) return turns.front();
+  if (after == turns.end()) return turns.back();
   const SessionTurn& before = *std::prev(after);
-  return before.turn.slerp((t_s - before.t_s) / (after->t_s - before.t_s), after->turn);
+  const double share = (t_s - before.t_s) / (after->t_s - before.t_s);
+  return {t_s, before.turn.slerp(share, after->turn), std::lerp(before.opening, after->opening, share)};
 }
 
 /// First and last sample of any hand [s].
@@ -139,8 +140,13 @@ std::vector<Motion> motions_of(const Session& session, std::size_t which, const 
     for (MotionPoint& point : points) point.t_s -= begin_s;
     append(points, {end_s - begin_s, points.back().position});
     MotionHolds holds;
-    for (const MotionPoint& point : points)
-      if (!hand.turns.empty()) holds.orientations.emplace_back(turn_at(hand.turns, begin_s + point.t_s));
+    const bool opens = std::ranges::any_of(hand.turns, [](const SessionTurn& turn) { return turn.opening != 0; });
+    for (const MotionPoint& point : points) {
+      if (hand.turns.empty()) break;
+      const SessionTurn held = turn_at(hand.turns, begin_s + point.t_s);
+      holds.orientations.emplace_back(held.turn);
+      if (opens) holds.openings.push_back(held.opening);
+    }
     motions.emplace_back(std::move(points), std::move(holds), name + ", station \"" + hand.name + "\"");
   }
   return motions;

@@ -23,6 +23,7 @@ struct SessionForce {
 struct SessionTurn {
   double t_s = 0;
   Rotation turn = Rotation::Identity();  ///< R_WT
+  double opening = 0;
 };
 
 struct SessionHand {

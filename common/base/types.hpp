@@ -24,11 +24,12 @@ using StationId = std::uint32_t;
 /// R_WT of the tool's frame (tool_pose.hpp), of unit length; empty when the device has none.
 using Orientation = std::optional<Rotation>;
 
-/// One reading of the tool: its pose and time, in the clock named by the user of the struct.
+/// One reading of the tool: its pose, opening and time, in the clock named by the user of the struct.
 struct ToolSample {
   Micros t{};
   Vec3 position = Vec3::Zero();  ///< [m]
   Orientation orientation = {};
+  double opening = 0;  ///< of its jaws (tool_shape.hpp): 0 closed to 1 wide open
 };
 
 }  // namespace palpate

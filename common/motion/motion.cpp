@@ -34,12 +34,15 @@ std::size_t row_at(const std::vector<MotionPoint>& points, double t_s) noexcept 
 }
 
 void check_holds(const MotionHolds& holds, std::size_t points, const std::string& name) {
-  for (const std::size_t size : {holds.orientations.size(), holds.buttons.size()})
+  for (const std::size_t size : {holds.orientations.size(), holds.buttons.size(), holds.openings.size()})
     if (size != 0 && size != points)
       throw InputError(name, std::to_string(size) + " holds of " + std::to_string(points) + " points", "one a point, or none");
   for (std::size_t i = 0; i < holds.orientations.size(); ++i)
     if (!is_unit(holds.orientations[i]))
       throw InputError(name + ": point " + std::to_string(i), "the quaternion is not of unit length", "a length of 1");
+  for (std::size_t i = 0; i < holds.openings.size(); ++i)
+    if (!(holds.openings[i] >= 0 && holds.openings[i] <= 1))
+      throw InputError(name + ": point " + std::to_string(i), "opening out of range", "0 to 1");
 }
 
 }  // namespace
@@ -62,6 +65,17 @@ Orientation Motion::orientation(Micros t) const noexcept {
   const std::size_t before = row_at(points_, t_s);
   const double from_s = points_[before].t_s, to_s = points_[before + 1].t_s;
   return turns[before].slerp((t_s - from_s) / (to_s - from_s), turns[before + 1]);
+}
+
+double Motion::opening(Micros t) const noexcept {
+  const auto& openings = holds_.openings;
+  if (openings.empty()) return 0;
+  const double t_s = seconds(t);
+  if (!(t_s > points_.front().t_s)) return openings.front();
+  if (t_s >= points_.back().t_s) return openings.back();
+  const std::size_t before = row_at(points_, t_s);
+  const double from_s = points_[before].t_s, to_s = points_[before + 1].t_s;
+  return std::lerp(openings[before], openings[before + 1], (t_s - from_s) / (to_s - from_s));
 }
 
 std::uint32_t Motion::buttons(Micros t) const noexcept {

@@ -1,10 +1,10 @@
 // A recorded motion of the tool point: positions over time, linear in between, constant before the first and after the last. It
-// may include the tool's pose: orientations (common/base/tool_pose.hpp), interpolated evenly, and buttons, each pressed from a
-// row on.
+// may include the tool's pose: orientations (common/base/tool_pose.hpp) and openings of jaws, interpolated evenly, and buttons,
+// each pressed from a row on.
 //
-// File (CSV): header `t_s,x_m,y_m,z_m`, optionally followed by `qx,qy,qz,qw` (a quaternion, R_WT), and with or without them by
-// `buttons` (a whole number; bit n: button n); then one row per reading in frame W, times from 0, strictly ascending, at any
-// sampling. Invalid input is refused with file, line and what was expected.
+// File (CSV): header `t_s,x_m,y_m,z_m`, optionally followed by `qx,qy,qz,qw` (a quaternion, R_WT), with or without them by
+// `buttons` (a whole number; bit n: button n), and by `opening` (0 closed to 1 wide open); then one row per reading in frame W,
+// times from 0, strictly ascending, at any sampling. Invalid input is refused with file, line and what was expected.
 #pragma once
 
 #include <cstddef>
@@ -28,10 +28,11 @@ struct MotionPoint {
   Vec3 position = Vec3::Zero();  ///< [m]
 };
 
-/// Orientation and buttons in each point: each list is empty, or has one entry a point.
+/// Orientation, buttons and opening in each point: each list is empty, or has one entry a point.
 struct MotionHolds {
   std::vector<Eigen::Quaterniond> orientations;  ///< R_WT
   std::vector<std::uint32_t> buttons;
+  std::vector<double> openings;  ///< 0 to 1
 };
 
 class Motion {
@@ -39,8 +40,8 @@ class Motion {
   /// Throws InputError, with `name` as the place, unless there are at least two points, times are from 0 to kMaxMotionS and
   /// strictly ascending, and every coordinate lies within kWorldExtentM.
   explicit Motion(std::vector<MotionPoint> points, const std::string& name = "motion") : Motion(std::move(points), {}, name) {}
-  /// Requires in addition that every orientation is of unit length (within 0.001; it is normalised) and that holds are as many as
-  /// points, or none.
+  /// Requires in addition that every orientation is of unit length (within 0.001; it is normalised), that openings are from 0 to
+  /// 1, and that holds are as many as points, or none.
   Motion(std::vector<MotionPoint> points, MotionHolds holds, const std::string& name = "motion");
 
   /// Returns a motion that rests at one place for `duration_s` (> 0).
@@ -52,7 +53,10 @@ class Motion {
   Orientation orientation(Micros t) const noexcept;
   /// Zero when the motion has no buttons.
   std::uint32_t buttons(Micros t) const noexcept;
+  /// Zero when the motion has no openings.
+  double opening(Micros t) const noexcept;
   bool has_orientation() const noexcept { return !holds_.orientations.empty(); }
+  bool has_opening() const noexcept { return !holds_.openings.empty(); }
   /// Index of the last button that is ever pressed, plus one.
   int button_count() const noexcept;
   /// Time of the last row: the tool rests from then on.

@@ -18,20 +18,25 @@ namespace palpate {
 
 namespace {
 
-constexpr std::string_view kHeader = "t_s,x_m,y_m,z_m", kTurnHeader = ",qx,qy,qz,qw", kButtonsHeader = ",buttons";
-constexpr std::array<std::string_view, 9> kColumns{"t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "buttons"};
+constexpr std::string_view kHeader = "t_s,x_m,y_m,z_m", kTurnHeader = ",qx,qy,qz,qw", kButtonsHeader = ",buttons",
+                           kOpeningHeader = ",opening";
+constexpr std::array<std::string_view, 10> kColumns{"t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "buttons", "opening"};
 using Row = std::array<double, kColumns.size()>;
-constexpr std::size_t kPlaceColumns = 4, kTurnColumns = 4, kButtonsColumn = 8;
+constexpr std::size_t kPlaceColumns = 4, kTurnColumns = 4, kButtonsColumn = 8, kOpeningColumn = 9;
 
 /// The columns of a file.
 struct Layout {
-  bool turns = false, buttons = false;
+  bool turns = false, buttons = false, openings = false;
 
-  std::size_t columns() const { return kPlaceColumns + (turns ? kTurnColumns : 0) + (buttons ? 1 : 0); }
+  std::size_t columns() const { return kPlaceColumns + (turns ? kTurnColumns : 0) + (buttons ? 1 : 0) + (openings ? 1 : 0); }
   /// Index of the k-th column in a Row.
-  std::size_t place(std::size_t k) const { return k < kPlaceColumns || turns ? k : kButtonsColumn; }
+  std::size_t place(std::size_t k) const {
+    if (k >= kPlaceColumns && !turns) k += kTurnColumns;
+    return k >= kButtonsColumn && !buttons ? k + 1 : k;
+  }
   std::string header() const {
-    return std::string(kHeader) + std::string(turns ? kTurnHeader : "") + std::string(buttons ? kButtonsHeader : "");
+    return std::string(kHeader) + std::string(turns ? kTurnHeader : "") + std::string(buttons ? kButtonsHeader : "") +
+           std::string(openings ? kOpeningHeader : "");
   }
 };
 
@@ -85,6 +90,11 @@ void add_hold(const Row& row, const Layout& layout, MotionHolds& holds, const st
       throw InputError(where, "qx,qy,qz,qw have the length " + std::to_string(turn.norm()), "a quaternion of length 1");
     holds.orientations.push_back(turn);
   }
+  if (layout.openings) {
+    const double opening = row[kOpeningColumn];
+    if (!(opening >= 0 && opening <= 1)) throw InputError(where, "opening is " + std::to_string(opening), "0 to 1");
+    holds.openings.push_back(opening);
+  }
   if (!layout.buttons) return;
   const double pressed = row[kButtonsColumn];
   if (!(pressed >= 0 && pressed <= std::numeric_limits<std::uint32_t>::max()) || pressed != std::floor(pressed))
@@ -93,9 +103,9 @@ void add_hold(const Row& row, const Layout& layout, MotionHolds& holds, const st
 }
 
 Layout layout_of(std::string_view header, const std::string& where) {
-  for (const Layout layout : {Layout{}, Layout{true, false}, Layout{false, true}, Layout{true, true}})
-    if (header == layout.header()) return layout;
-  throw InputError(where, "header is " + in_quotes(header, '\''), std::string(kHeader) + "[,qx,qy,qz,qw][,buttons]");
+  for (unsigned which = 0; which < 8; ++which)
+    if (const Layout layout{(which & 1) != 0, (which & 2) != 0, (which & 4) != 0}; header == layout.header()) return layout;
+  throw InputError(where, "header is " + in_quotes(header, '\''), std::string(kHeader) + "[,qx,qy,qz,qw][,buttons][,opening]");
 }
 
 void append(std::string& text, double value) {
@@ -138,7 +148,7 @@ Motion read_motion(const std::filesystem::path& file) {
 
 void write_motion(const std::filesystem::path& file, const Motion& motion) {
   const MotionHolds& holds = motion.holds();
-  const Layout layout{!holds.orientations.empty(), !holds.buttons.empty()};
+  const Layout layout{!holds.orientations.empty(), !holds.buttons.empty(), !holds.openings.empty()};
   std::string text = layout.header();
   for (std::size_t i = 0; i < motion.points().size(); ++i) {
     const MotionPoint& point = motion.points()[i];
@@ -148,6 +158,7 @@ void write_motion(const std::filesystem::path& file, const Motion& motion) {
     if (layout.turns)
       for (const double q : holds.orientations[i].coeffs()) append(text += ',', q);
     if (layout.buttons) text += ',' + std::to_string(holds.buttons[i]);
+    if (layout.openings) append(text += ',', holds.openings[i]);
   }
   text += '\n';
   std::ofstream out(file, std::ios::binary);

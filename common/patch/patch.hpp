@@ -108,14 +108,15 @@ struct PatchOthers {
   std::span<const OtherContact> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
 };
 
-/// Number of other contacts in a patch, whether its tool has a body, and the number of layers of a needle's path: what decides
-/// their room in a datagram.
+/// Number of other contacts in a patch, whether its tool has a body, and jaws, and the number of layers of a needle's path: what
+/// decides their room in a datagram.
 struct PatchContacts {
   int others = 0;
   bool body = false;
   int needle_layers = 0;
-  PatchContacts(int count = 0, bool with_body = false, int layers = 0)  // NOLINT: a number of contacts
-      : others(count), body(with_body), needle_layers(layers) {}
+  bool jaws = false;
+  PatchContacts(int count = 0, bool with_body = false, int layers = 0, bool with_jaws = false)  // NOLINT: a number of contacts
+      : others(count), body(with_body), needle_layers(layers), jaws(with_jaws) {}
 };
 
 /// The path of a needle in the body, if the tool is one: that of its tip, or where it does not touch, that which it would take
@@ -186,6 +187,7 @@ struct Patch {
 
   // a tool with a body
   Orientation turn;            ///< R*; empty for a point
+  double opening = 0;          ///< o*
   ToolSphere sphere;           ///< touch: that of the contact at `point`
   Vec3 torque = Vec3::Zero();  ///< on the tool at the stamp, about the tool point [N m]
 

@@ -91,6 +91,8 @@ void check_surface_numbers(const Patch& p, Numbers& numbers) {
 void check_sphere(const ToolSphere& sphere, Numbers& numbers) {
   numbers.all(sphere.centre, kMaxToolReachM + kToolStepM);
   numbers.within(sphere.radius_m, 0, kMaxToolReachM + kToolStepM);
+  numbers.within(sphere.hinge_m, -kMaxToolReachM - kToolStepM, kMaxToolReachM + kToolStepM);
+  numbers.within(sphere.swing_rad, -kMaxSwingRad, kMaxSwingRad);
 }
 
 void check_other_contacts(const PatchOthers& others, Numbers& numbers) {
@@ -162,6 +164,7 @@ PatchFault check_numbers(const Patch& p) {
   check_needle(p.needle, numbers);
   check_sphere(p.sphere, numbers);
   numbers.all(p.torque, kMaxTorqueNM);
+  numbers.within(p.opening, 0, 1);
   if (p.turn) numbers.within(p.turn->norm(), 1 - kUnitLengthWithin, 1 + kUnitLengthWithin);
   return numbers.fault();
 }

@@ -13,7 +13,7 @@ constexpr double kOnSurfaceM = 5e-4;  // a point further from the piece of surfa
 OtherContacts::OtherContacts(const Patch& patch, const PlayedSurface& surface, const StateInput& psi0, double dt_s)
     : count_(patch.others.count),
       own_(patch.others.own),
-      at_stamp_(patch.tool, patch.turn.value_or(Rotation::Identity())),
+      at_stamp_(patch.tool, patch.turn.value_or(Rotation::Identity()), patch.opening),
       parameters_{patch.contact_stiffness_n_m, patch.friction},
       dt_(dt_s),
       moves_for_s_(seconds(patch.load_for)) {
@@ -76,13 +76,14 @@ void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose&
   }
 }
 
-bool OtherContacts::add_own(const ToolPose& tool, Vec3& force, Vec3& torque) const noexcept {
+bool OtherContacts::add_own(const ToolPose& tool, Vec3& force, Vec3& torque, double& grip) const noexcept {
   bool any = false;
   for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(own_))) {
     const ToolSphere& sphere = contact.tool.sphere;
-    const Vec3 arm = tool.turn * sphere.centre - sphere.radius_m * contact.tool.normal;
+    const Vec3 arm = tool.arm_of(sphere) - sphere.radius_m * contact.tool.normal;
     force -= contact.push.lambda;
     torque -= arm.cross(contact.push.lambda);
+    grip -= grip_of(sphere, tool.turn, arm, contact.push.lambda);
     any |= contact.touching;
   }
   return any;

@@ -42,8 +42,9 @@ class OtherContacts {
   void close(StateVector& z, const ModeVector& own, const ToolPose& tool, PlayedSurface& surface) noexcept;
   /// Returns lambda_j, the force on the body [N].
   const Vec3& push(int j) const { return contacts_[static_cast<std::size_t>(j)].push.lambda; }
-  /// Adds force [N] and torque about the tool point [N m] on a tool whose other spheres touch. Returns true if any does.
-  bool add_own(const ToolPose& tool, Vec3& force, Vec3& torque) const noexcept;
+  /// Adds force [N], torque about the tool point [N m] and grip [N m] on a tool whose other spheres touch. Returns true if any
+  /// does.
+  bool add_own(const ToolPose& tool, Vec3& force, Vec3& torque, double& grip) const noexcept;
 
  private:
   struct Contact {

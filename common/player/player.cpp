@@ -56,7 +56,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
       transition_ = p.phi;
     }
   }
-  tool_ = {patch.tool, patch.turn.value_or(Rotation::Identity())};
+  tool_ = {patch.tool, patch.turn.value_or(Rotation::Identity()), patch.opening};
   if (patch.contact == ContactKind::touch) {
     surface_ = PlayedSurface(patch_.surface, r, psi0_);
     contact_ = SurfaceContact(patch.point, patch.touching && !patch.needle.tip.inside, patch.c_static);
@@ -213,7 +213,7 @@ void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
   } else {
     close_touch(tool);
   }
-  if (others_.add_own(tool, output_.force, output_.torque)) output_.contact = true;
+  if (others_.add_own(tool, output_.force, output_.torque, output_.grip)) output_.contact = true;
   bend(Vec3::Zero(), Vec3::Zero());
   fade(Vec3::Zero());
 }
@@ -232,12 +232,16 @@ void PatchPlayer::close_touch(const ToolPose& pose) noexcept {
   if (surface_.empty()) return;
   const auto r = patch_.modes();
   surface_.place(z_.head(r));
-  const Vec3 arm = pose.turn * patch_.sphere.centre;
+  const Vec3 arm = pose.arm_of(patch_.sphere);
   contact_.close(surface_, pose.position + arm, patch_.sphere.radius_m, {patch_.contact_stiffness_n_m, patch_.friction}, push_);
   if (!contact_.touching()) return;
   if (r > 0) push_.add_to(z_);
-  output_ = {-push_.lambda, true, Vec3::Zero()};
-  if (patch_.turn) output_.torque = -(arm - patch_.sphere.radius_m * contact_.normal()).cross(push_.lambda);
+  output_ = {-push_.lambda, true};
+  if (patch_.turn) {
+    const Vec3 place = arm - patch_.sphere.radius_m * contact_.normal();
+    output_.torque = -place.cross(push_.lambda);
+    output_.grip = -grip_of(patch_.sphere, pose.turn, place, push_.lambda);
+  }
   if (!needle_.punctures(push_.lambda, pose)) return;
   needle_.enter(z_, contact_.place(surface_));
   contact_.leave();

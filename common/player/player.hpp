@@ -50,6 +50,7 @@ struct PlayerOutput {
   Vec3 force = Vec3::Zero();  ///< on the tool [N]
   bool contact = false;
   Vec3 torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
+  double grip = 0;             ///< on the opening of its jaws (tool_shape.hpp) [N m]; from the first step on
 };
 
 class PatchPlayer {

@@ -297,12 +297,10 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
   if (table->surface() && !decode(*table->surface(), head.surface, sense)) return std::nullopt;
   if (table->task()) sense.that(read_task(*table->task(), head.task.emplace()) == WireFault::none);
   if (table->tool()) {
-    sense.that(table->tool()->size() <= kMaxToolSpheres);
-    for (const wire::Sphere* sphere : *table->tool()) {
-      sense.sphere(*sphere);
-      if (!sense.ok()) return std::nullopt;
-      head.tool.push_back(pack::from(*sphere));
-    }
+    const auto spheres = table->tool()->size();
+    sense.that(spheres <= kMaxToolSpheres && (!table->jaws() || table->jaws()->size() == spheres));
+    for (flatbuffers::uoffset_t j = 0; j < spheres && sense.ok(); ++j)
+      head.tool.push_back(sense.sphere(*table->tool()->Get(j), table->jaws() ? table->jaws()->Get(j) : nullptr));
   }
   return sense.ok() ? std::optional(std::move(head)) : std::nullopt;
 }
@@ -317,7 +315,7 @@ std::optional<RecordedBlock> decode_block(std::span<const std::byte> part, std::
   if (!decode_room(*table, base, vertices, block, sense)) return std::nullopt;
   decode_station(*table, base, block, sense);
   each(table->turns(), sense, [&](const record::Turn& t) {
-    block.turns.push_back({base + Micros{t.at()}, t.station(), orientation_of(t.turn(), sense)});
+    block.turns.push_back({base + Micros{t.at()}, t.station(), orientation_of(t.turn(), sense), pack::opening_from(t.opening())});
   });
   each(table->buttons(), sense, [&](const record::Buttons& b) {
     block.buttons.push_back({base + Micros{b.at()}, b.station(), b.pressed()});

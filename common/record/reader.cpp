@@ -44,10 +44,13 @@ const typename Items::value_type* last_at(const Items& items, Micros t) {
   return last;
 }
 
-/// Sets orientation and buttons of the tool from the block.
+/// Sets orientation, opening and buttons of the tool from the block.
 void add_hold(const RecordedBlock& block, Micros t, RecordedTool& tool) {
   for (const RecordedTurn& turn : block.turns)
-    if (turn.station == tool.station && turn.t <= t) tool.orientation = turn.orientation;
+    if (turn.station == tool.station && turn.t <= t) {
+      tool.orientation = turn.orientation;
+      tool.opening = turn.opening;
+    }
   for (const RecordedButtons& change : block.buttons)
     if (change.station == tool.station && change.t <= t) tool.buttons = change.pressed;
 }

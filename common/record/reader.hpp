@@ -51,6 +51,7 @@ struct RecordedTool {
   Vec3 position = Vec3::Zero(), force = Vec3::Zero();
   bool contact = false;
   Orientation orientation = {};
+  double opening = 0;
   std::uint32_t buttons = 0;
 };
 

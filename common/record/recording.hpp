@@ -128,11 +128,13 @@ struct RecordedHandOver {
   double step_n = 0;    ///< force step before the cross-fade
 };
 
-/// Orientation of a tool from then on, until the next.
+/// Orientation of a tool and opening of its jaws from then on, until the next. A tool that is held without orientation is
+/// upright.
 struct RecordedTurn {
   Micros t{};
   StationId station = 0;
   Rotation orientation = Rotation::Identity();  ///< R_WT, of unit length (common/base/tool_pose.hpp)
+  double opening = 0;                           ///< 0 to 1
 };
 
 /// Buttons of a tool that are pressed from then on, until the next; none before the first.

@@ -79,6 +79,8 @@ record::HeadT table_of(const RecordingHead& head) {
   if (head.task) table.task = table_of(*head.task);
   pack::Packer packer;
   for (const ToolSphere& sphere : head.tool) table.tool.push_back(packer.sphere(sphere));
+  if (has_jaws(head.tool))
+    for (const ToolSphere& sphere : head.tool) table.jaws.push_back(packer.jaw(sphere));
   return table;
 }
 
@@ -129,7 +131,7 @@ struct RecordingWriter::State {
   Micros base{}, first{}, last{}, opened_at{};
   std::size_t gathered = 0;                    ///< approximate number of bytes in the block
   const record::ShapeT* last_shape = nullptr;  ///< last shape of the block
-  std::map<StationId, wire::Turn> turned;      ///< last one of each station that is present
+  std::map<StationId, record::Turn> turned;    ///< last one of each station that is present
   std::map<StationId, std::uint32_t> pressed;
 
   std::size_t size() const { return taken + waiting.size(); }
@@ -162,7 +164,7 @@ struct RecordingWriter::State {
   void open(Micros t) {
     base = first = last = t;
     empty = false;
-    for (const auto& [station, turn] : turned) block.turns.emplace_back(0, station, turn);
+    for (const auto& [station, held] : turned) block.turns.emplace_back(0, station, held.turn(), held.opening());
     for (const auto& [station, buttons] : pressed)
       if (buttons != 0) block.buttons.emplace_back(0, station, buttons);
   }
@@ -275,10 +277,10 @@ void RecordingWriter::add(const RecordedHandOver& h) {
 void RecordingWriter::add(const RecordedTurn& t) {
   pack::Packer packer;
   const wire::Turn turn = packer.turn(t.orientation);
+  const std::uint16_t opening = packer.opening(t.opening);
   if (!packer.ok()) return;
   const std::int32_t at = state_->at(t.t, sizeof(record::Turn));
-  state_->block.turns.emplace_back(at, t.station, turn);
-  state_->turned[t.station] = turn;
+  state_->turned[t.station] = state_->block.turns.emplace_back(at, t.station, turn, opening);
 }
 
 void RecordingWriter::add(const RecordedButtons& b) {

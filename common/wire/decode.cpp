@@ -66,6 +66,7 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   m.triangles = table.triangles();
   m.mesh_hash = pack::from(*table.mesh_hash());
   m.turns = table.turns();
+  m.jaws = table.jaws();
   m.scene_hash = table.scene_hash() ? pack::from(*table.scene_hash()) : 0;
   return WireFault::none;
 }
@@ -79,7 +80,7 @@ WireFault read(const wire::Refuse& table, Refuse& m) {
   return WireFault::none;
 }
 
-/// Reads orientations and buttons of the tool.
+/// Reads orientations, openings and buttons of the tool.
 WireFault read_hold(const wire::Samples& table, Samples& m) {
   MessageValidator sense;
   const auto take = [&](const wire::Turn& turn, ToolSample& sample) {
@@ -92,6 +93,11 @@ WireFault read_hold(const wire::Samples& table, Samples& m) {
     if (!table.turn() || turns->size() + 1 != m.samples.size() || m.samples.size() > std::size_t{kMaxTurnsPerDatagram})
       return WireFault::malformed;
     for (flatbuffers::uoffset_t i = 0; i < turns->size(); ++i) take(*turns->Get(i), m.samples[i]);
+  }
+  if (const auto* openings = table.openings()) {
+    if (openings->size() != m.samples.size() || openings->size() > std::size_t{kMaxOpeningsPerDatagram})
+      return WireFault::malformed;
+    for (flatbuffers::uoffset_t i = 0; i < openings->size(); ++i) m.samples[i].opening = pack::opening_from(openings->Get(i));
   }
   if (!table.buttons()) return sense.fault();
   if (table.buttons()->size() > std::size_t{kMaxButtonChanges}) return WireFault::malformed;
@@ -313,12 +319,11 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
     view.in_use.limit = Micros{station->patch_limit()};
     m.stations.push_back(std::move(view));
   }
-  if (!table.tool()) return sense.fault();
-  if (table.tool()->size() < 1 || table.tool()->size() > kMaxToolSpheres) return WireFault::malformed;
-  for (const wire::Sphere* sphere : *table.tool()) {
-    sense.sphere(*sphere);
-    m.tool.push_back(pack::from(*sphere));
-  }
+  if (!table.tool()) return table.jaws() ? WireFault::malformed : sense.fault();
+  const auto spheres = table.tool()->size();
+  if (spheres < 1 || spheres > kMaxToolSpheres || (table.jaws() && table.jaws()->size() != spheres)) return WireFault::malformed;
+  for (flatbuffers::uoffset_t j = 0; j < spheres; ++j)
+    m.tool.push_back(sense.sphere(*table.tool()->Get(j), table.jaws() ? table.jaws()->Get(j) : nullptr));
   return sense.fault();
 }
 
@@ -343,6 +348,7 @@ WireFault read(const wire::Tools& table, Tools& m) {
       view.orientation = pack::from(*tool->turn());
     }
     view.buttons = tool->buttons();
+    view.opening = pack::opening_from(tool->opening());
     sense.name(view_of(tool->guides()), 0);
     if (!sense.ok()) return sense.fault();
     view.station = view_of(tool->station());

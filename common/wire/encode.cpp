@@ -47,9 +47,9 @@ class BodyWriter {
     const auto station = m.station.empty() ? 0 : text(m.station, kMaxNameBytes);
     const auto home = packer_.point(m.home);
     const auto hash = pack::Packer::wide(m.mesh_hash), scene_hash = pack::Packer::wide(m.scene_hash);
-    return done(wire::Payload::Welcome,
-                wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
-                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station, m.turns, &scene_hash));
+    return done(wire::Payload::Welcome, wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact),
+                                                            packer_.number(m.rate_hz), &home, m.vertices, m.triangles, &hash,
+                                                            packer_.number(m.deadband), station, m.turns, &scene_hash, m.jaws));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest request that it may have to answer.
@@ -66,13 +66,14 @@ class BodyWriter {
     const Orientation& last = m.samples.back().orientation;
     const auto turn = last ? packer_.turn(*last) : wire::Turn();
     const auto turns = turns_before_last(m.samples);
+    const auto openings = openings_of(m.samples);
     std::array<wire::Sample, kMaxSamplesPerDatagram> packed;
     for (std::size_t i = 0; i < m.samples.size(); ++i)
       packed[i] = {packer_.duration(m.samples[i].t - m.samples[0].t), packer_.point(m.samples[i].position)};
     const auto base = packer_.time(m.samples[0].t);
     const auto samples = builder_.CreateVectorOfStructs(packed.data(), m.samples.size());
     return done(wire::Payload::Samples,
-                wire::CreateSamples(builder_, &base, samples, m.playing, last ? &turn : nullptr, buttons, turns));
+                wire::CreateSamples(builder_, &base, samples, m.playing, last ? &turn : nullptr, buttons, turns, openings));
   }
   Offset<void> operator()(const PatchMessage& m) { return done(wire::Payload::Patch, write_patch(builder_, packer_, m.patch)); }
   Offset<void> operator()(const Beat& m) {
@@ -156,7 +157,8 @@ class BodyWriter {
       const auto turn = tool.orientation ? packer_.turn(*tool.orientation) : wire::Turn();
       const auto station = text(tool.station, kMaxNameBytes);
       const auto guides = tool.guides.empty() ? 0 : text(tool.guides, kMaxNameBytes);
-      views[i] = wire::CreateToolView(builder_, station, &state, tool.orientation ? &turn : nullptr, tool.buttons, guides);
+      views[i] = wire::CreateToolView(builder_, station, &state, tool.orientation ? &turn : nullptr, tool.buttons, guides,
+                                      packer_.opening(tool.opening));
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);
@@ -176,9 +178,10 @@ class BodyWriter {
     }
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
     const auto spheres = spheres_of(m.tool);
+    const auto jaws = jaws_of(m.tool);
     return done(wire::Payload::RoomView,
                 wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
-                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved, spheres));
+                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved, spheres, jaws));
   }
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);
@@ -206,6 +209,21 @@ class BodyWriter {
     std::array<wire::Sphere, kMaxToolSpheres> packed;
     for (std::size_t i = 0; i < tool.size(); ++i) packed[i] = packer_.sphere(tool[i]);
     return builder_.CreateVectorOfStructs(packed.data(), tool.size());
+  }
+  Offset<flatbuffers::Vector<const wire::Jaw*>> jaws_of(const ToolShape& tool) {
+    if (!has_jaws(tool) || !packer_.ok()) return {};
+    std::array<wire::Jaw, kMaxToolSpheres> packed;
+    for (std::size_t i = 0; i < tool.size(); ++i) packed[i] = packer_.jaw(tool[i]);
+    return builder_.CreateVectorOfStructs(packed.data(), tool.size());
+  }
+  /// None if the jaws are closed in all samples.
+  Offset<flatbuffers::Vector<std::uint16_t>> openings_of(const std::vector<ToolSample>& samples) {
+    if (std::ranges::all_of(samples, [](const ToolSample& sample) { return sample.opening == 0; })) return {};
+    packer_.require(samples.size() <= std::size_t{kMaxOpeningsPerDatagram});
+    if (!packer_.ok()) return {};
+    std::array<std::uint16_t, kMaxOpeningsPerDatagram> packed;
+    for (std::size_t i = 0; i < samples.size(); ++i) packed[i] = packer_.opening(samples[i].opening);
+    return builder_.CreateVector(packed.data(), samples.size());
   }
   /// None unless every sample has an orientation.
   Offset<flatbuffers::Vector<const wire::Turn*>> turns_before_last(const std::vector<ToolSample>& samples) {

@@ -56,6 +56,7 @@ struct Welcome {
   std::string station = {};      ///< name of the station in the room
   bool turns = false;            ///< true: each sample needs its orientation, as the tool has a body
   std::uint64_t scene_hash = 0;  ///< server/core/scene_hash.hpp, 0 = not known
+  bool jaws = false;             ///< true: each sample needs its opening, as the tool has jaws
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -77,7 +78,8 @@ struct Refuse {
 inline constexpr int kMaxButtonChanges = 4;  ///< changes of a tool's buttons in one datagram
 
 /// Client -> server: the newest tool samples (client clock, ascending), repeating those of the last datagrams. The last of them
-/// has the tool's orientation, if the device has one, or all of them have, at most kMaxTurnsPerDatagram then.
+/// has the tool's orientation, if the device has one, or all of them have, at most kMaxTurnsPerDatagram then; where
+/// jaws are not closed in all of them, at most kMaxOpeningsPerDatagram.
 struct Samples {
   std::vector<ToolSample> samples;
   std::uint32_t playing = 0;  ///< seq of the patch that is played with all its terms; 0 = none, or the server has no deadband
@@ -184,6 +186,7 @@ struct ToolView {
   Orientation orientation = {};  ///< newest one received from the station
   std::uint32_t buttons = 0;     ///< bit n: button n is pressed
   std::string guides = {};       ///< name of the station whose tool it guides; empty: none
+  double opening = 0;            ///< of its jaws, the newest one received
 };
 struct Tools {
   std::uint32_t frame = 0;

@@ -21,6 +21,7 @@ inline constexpr double kPositionStepM = 0x1p-27;  ///< a power of two, so that 
 inline constexpr double kMaxMicros = 1e16;         ///< instants lie within +- this (317 years)
 inline constexpr int kShortMax = 32767;
 inline constexpr int kWeightMax = 65535;
+inline constexpr double kOpeningMost = 65535;
 inline constexpr float kCouplingStep = 1.0F / kShortMax;                        ///< step of D_ij / sqrt(D_ii D_jj)
 inline constexpr float kVelocityStep = 0x1p-14F, kAccelerationStep = 0x1p-10F;  ///< for other tools [m/s], [m/s^2]
 inline constexpr double kSmallestStep = 1e-9;  ///< for 16-bit numbers; keeps the step exact when the numbers are rounding noise
@@ -64,6 +65,16 @@ class Packer {
     return {static_cast<std::int16_t>(steps(s.centre.x())), static_cast<std::int16_t>(steps(s.centre.y())),
             static_cast<std::int16_t>(steps(s.centre.z())), static_cast<std::uint16_t>(steps(s.radius_m))};
   }
+  wire::Jaw jaw(const ToolSphere& s) {
+    require(std::abs(s.hinge_m) <= kMaxToolReachM + kToolStepM && std::abs(s.swing_rad) <= kMaxSwingRad);
+    if (!ok_) return {};
+    return {static_cast<std::int16_t>(std::lround(s.hinge_m / kToolStepM)),
+            static_cast<std::int16_t>(std::lround(s.swing_rad / kSwingStepRad))};
+  }
+  std::uint16_t opening(double share) {
+    require(share >= 0 && share <= 1);
+    return ok_ ? static_cast<std::uint16_t>(std::lround(share * kOpeningMost)) : std::uint16_t{0};
+  }
   /// Converts a mesh's rest position to steps in 24 bits.
   std::uint32_t rest(double metres) {
     require(std::abs(metres) <= kWorldExtentM);
@@ -103,6 +114,11 @@ inline wire::Steps to_steps(const Vec3& v, float step) {
 inline Vec3 from(const wire::Steps& s, float step) { return Vec3(s.x(), s.y(), s.z()) * static_cast<double>(step); }
 
 inline ToolSphere from(const wire::Sphere& s) { return {kToolStepM * Vec3(s.x(), s.y(), s.z()), kToolStepM * s.radius()}; }
+inline void set(ToolSphere& sphere, const wire::Jaw& jaw) {
+  sphere.hinge_m = kToolStepM * jaw.hinge();
+  sphere.swing_rad = kSwingStepRad * jaw.swing();
+}
+inline double opening_from(std::uint16_t steps) { return steps / kOpeningMost; }
 inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} << 32 | w.low(); }
 inline Micros time_from(const wire::Wide& w) { return Micros{static_cast<std::int64_t>(from(w))}; }
 inline Vec3 from(const wire::Vec& v) { return {v.x(), v.y(), v.z()}; }

@@ -143,6 +143,8 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
 WireFault read_tool_body(const wire::Patch& table, Patch& patch) {
   const auto spheres = table.spheres() ? static_cast<int>(table.spheres()->size()) : 0;
   const bool has_contacts = patch.contact == ContactKind::touch && !patch.constant;
+  const auto jaws = table.jaws() ? static_cast<int>(table.jaws()->size()) : 0;
+  if (jaws != 0 ? jaws != spheres : table.opening() != 0) return WireFault::malformed;
   if (!table.body()) return spheres == 0 ? WireFault::none : WireFault::malformed;
   const wire::ToolBody& body = *table.body();
   if (body.own() > patch.others.count || spheres != (has_contacts ? 1 + body.own() : 0)) return WireFault::malformed;
@@ -150,11 +152,12 @@ WireFault read_tool_body(const wire::Patch& table, Patch& patch) {
   sense.turn(body.turn());
   patch.turn = pack::from(body.turn());
   patch.torque = pack::from(body.torque());
+  patch.opening = pack::opening_from(table.opening());
   patch.others.own = body.own();
   for (int j = 0; j < spheres; ++j) {
-    const wire::Sphere& sphere = *table.spheres()->Get(static_cast<flatbuffers::uoffset_t>(j));
-    sense.sphere(sphere);
-    (j == 0 ? patch.sphere : patch.others.of[static_cast<std::size_t>(j - 1)].sphere) = pack::from(sphere);
+    const auto at = static_cast<flatbuffers::uoffset_t>(j);
+    (j == 0 ? patch.sphere : patch.others.of[static_cast<std::size_t>(j - 1)].sphere) =
+        sense.sphere(*table.spheres()->Get(at), jaws > 0 ? table.jaws()->Get(at) : nullptr);
   }
   return sense.fault();
 }
@@ -227,7 +230,7 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
                     !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows() &&
-                    !table.needle();
+                    !table.needle() && !table.jaws();
   return bare ? read_tool_body(table, patch) : WireFault::malformed;
 }
 

@@ -153,12 +153,13 @@ std::array<wire::OtherContact, kMaxOtherContacts> other_tools(pack::Packer& pack
 }
 
 using Spheres = Bounded<wire::Sphere, kMaxToolSpheres>;
-Spheres spheres_of(pack::Packer& packer, const Patch& patch) {
-  Spheres spheres;
-  if (!patch.turn || patch.constant || patch.contact != ContactKind::touch) return spheres;
-  spheres.add(packer.sphere(patch.sphere));
-  for (int j = 0; j < patch.others.own; ++j) spheres.add(packer.sphere(patch.others.of[static_cast<std::size_t>(j)].sphere));
-  return spheres;
+using Jaws = Bounded<wire::Jaw, kMaxToolSpheres>;
+/// Calls `visit` with each sphere that has a contact in the patch.
+template <class Visit>
+void each_sphere(const Patch& patch, const Visit& visit) {
+  if (!patch.turn || patch.constant || patch.contact != ContactKind::touch) return;
+  visit(patch.sphere);
+  for (int j = 0; j < patch.others.own; ++j) visit(patch.others.of[static_cast<std::size_t>(j)].sphere);
 }
 
 wire::ToolBody body_of(pack::Packer& packer, const Patch& patch) {
@@ -289,13 +290,21 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
   const auto needle_at = surface && !patch.needle.empty() ? write_needle(builder, packer, patch.needle, needle_rows) : 0;
-  const auto spheres = spheres_of(packer, patch);
+  Spheres spheres;
+  Jaws jaws;
+  bool on_jaw = false;
+  each_sphere(patch, [&](const ToolSphere& sphere) {
+    spheres.add(packer.sphere(sphere));
+    jaws.add(packer.jaw(sphere));
+    on_jaw |= sphere.on_jaw();
+  });
   const wire::ToolBody body = body_of(packer, patch);
   const auto spheres_at = spheres.size() > 0 ? builder.CreateVectorOfStructs(spheres.data(), spheres.size()) : 0;
-  return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
-                           !patch.constant && !is_touch ? &attach : nullptr, load_at,
-                           load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
-                           others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at, needle_at);
+  const auto jaws_at = on_jaw ? builder.CreateVectorOfStructs(jaws.data(), jaws.size()) : 0;
+  return wire::CreatePatch(
+      builder, &head, floats_at, shorts_at, surface ? &touch : nullptr, !patch.constant && !is_touch ? &attach : nullptr, load_at,
+      load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at, others_at, other_rows_at,
+      patch.turn ? &body : nullptr, spheres_at, needle_at, on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -314,11 +323,13 @@ namespace {
 int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
+  constexpr int kJawsBytes = 16, kJawBytes = 4;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
   const int others = contacts.others;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
          (others > 0 ? kOthersOverheadBytes + others * (kOtherContactBytes + 6 * modes) : 0) +
          (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
+         (contacts.jaws ? kJawsBytes + kJawBytes * (others + 1) : 0) +
          (contacts.needle_layers > 0 ? kNeedleBytes + kLayerBytes * contacts.needle_layers + 6 * kNeedlePoints * modes : 0) +
          (branches > 0 ? kBranchesOverheadBytes + branches * (kBranchBytes + 2 * variables) : 0);
 }

@@ -28,10 +28,15 @@ class MessageValidator {
   void position(const Vec3& v) { vec(v, kWorldExtentM); }
   void force(const Vec3& v) { vec(v, kMaxForceN); }
   void turn(const wire::Turn& t) { that(pack::vector_of(t).norm() <= pack::kTurnMostRad + pack::kTurnRoundingRad); }
-  void sphere(const wire::Sphere& s) {
-    const ToolSphere sphere = pack::from(s);
+  /// Returns the sphere; `jaw`: null if none of its tool is on a jaw.
+  ToolSphere sphere(const wire::Sphere& s, const wire::Jaw* jaw) {
+    ToolSphere sphere = pack::from(s);
+    if (jaw) pack::set(sphere, *jaw);
     vec(sphere.centre, kMaxToolReachM + kToolStepM);
     number(sphere.radius_m, 0, kMaxToolReachM + kToolStepM);
+    number(sphere.hinge_m, -kMaxToolReachM - kToolStepM, kMaxToolReachM + kToolStepM);
+    number(sphere.swing_rad, -kMaxSwingRad, kMaxSwingRad);
+    return sphere;
   }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }
   /// Text appears in logs, files and on screens: bounded, UTF-8, and completely visible.

@@ -39,6 +39,9 @@ class SceneHash {
     for (const ToolSphere& sphere : tool.shape) {
       feed(sphere.centre);
       feed(sphere.radius_m);
+      if (!sphere.on_jaw()) continue;
+      feed(sphere.hinge_m);
+      feed(sphere.swing_rad);
     }
     if (tool.needle)
       for (const double number : {tool.needle->length_m, tool.needle->diameter_m}) feed(number);

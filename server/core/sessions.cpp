@@ -43,7 +43,8 @@ Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
                options.deadband,
                {},
                !facts.tool.empty(),
-               facts.scene_hash},
+               facts.scene_hash,
+               has_jaws(facts.tool)},
       draw_(options.draw),
       room_(options.room),
       rooms_(in_a_list(options.rooms)) {

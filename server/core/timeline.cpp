@@ -10,7 +10,7 @@ bool Timeline::add(const ToolSample& sample, Micros t_server) {
     if (sample.t < entries_.newest().t_station + kLeastApart) return false;
     t_server = std::max(t_server, newest() + Micros{1});
   }
-  entries_.add({t_server, sample.t, sample.position, sample.orientation});
+  entries_.add({t_server, sample.t, sample.position, sample.orientation, sample.opening});
   return true;
 }
 
@@ -31,7 +31,7 @@ std::vector<ToolSample> Timeline::between(Micros after, Micros target) const {
   std::vector<ToolSample> samples;
   const std::size_t next = entries_.first_after(after);
   for (std::size_t i = next > 0 ? next - 1 : 0; i < entries_.size(); ++i) {
-    samples.push_back({entries_[i].t, entries_[i].position, entries_[i].orientation});
+    samples.push_back({entries_[i].t, entries_[i].position, entries_[i].orientation, entries_[i].opening});
     if (entries_[i].t >= target) break;
   }
   return samples;

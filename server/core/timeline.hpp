@@ -43,6 +43,7 @@ class Timeline {
     Micros t{}, t_station{};  // t: on the server's clock
     Vec3 position = Vec3::Zero();
     Orientation orientation;
+    double opening = 0;
   };
   SampleHistory<Entry> entries_{kMost};
 };

@@ -32,6 +32,7 @@ class ToolInput {
   void take(const Samples& samples, const ClockSync& clock, Micros body_time, Micros now, const OnButtons& on_buttons) {
     if (!add(samples, clock, body_time, now)) return;
     orientation_ = samples.samples.back().orientation;
+    opening_ = samples.samples.back().opening;
     for (const ButtonChange& change : samples.buttons) {  // changes are repeated, and may arrive out of order
       if (change.t <= buttons_.t) continue;
       const bool changed = change.pressed != buttons_.pressed;
@@ -46,6 +47,7 @@ class ToolInput {
   Micros lag() const { return lag_; }
   Micros buffer() const { return buffer_.length(); }
   const Orientation& orientation() const { return orientation_; }  ///< the newest that came
+  double opening() const { return opening_; }                      ///< likewise
   std::uint32_t pressed() const { return buttons_.pressed; }
   const SampleCounts& counts() const { return counts_; }
 
@@ -57,6 +59,7 @@ class ToolInput {
   JitterBuffer buffer_;
   Micros heard_{}, lag_{};
   Orientation orientation_;
+  double opening_ = 0;
   ButtonChange buttons_{Micros::min(), 0};  ///< the newest change; the station's clock
   SampleCounts counts_;
 };

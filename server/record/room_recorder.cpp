@@ -56,7 +56,8 @@ void RoomRecorder::begin_frame(FrameJob& job, Micros now) {
     for (const ToolSample& sample : station.samples) {
       if (sample.t <= newest) continue;
       path.samples.push_back(sample);
-      if (sample.orientation) writer_.add(RecordedTurn{sample.t, station.id, *sample.orientation});
+      if (sample.orientation || sample.opening != 0)
+        writer_.add(RecordedTurn{sample.t, station.id, ToolPose(sample).turn, sample.opening});
       newest = sample.t;
     }
     writer_.add(path);

@@ -32,7 +32,7 @@ struct LinearPort {
 inline PatchContacts contacts_of(const LinearPort& model) {
   const std::shared_ptr<const NeedlePath>& path = model.tool_port().needle.path;
   return {static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
-          model.others.shaft.empty() ? 0 : path->layers.count};
+          model.others.shaft.empty() ? 0 : path->layers.count, model.frame.has_jaws(model.which)};
 }
 
 /// The modes of a patch.

@@ -202,6 +202,7 @@ void FramePatches::set_pose(const Task& task, StationFrame& frame) const {
   frame.patch->tool = frame.tool;
   frame.patch->tool_velocity = tool.at.velocity;
   frame.patch->turn = tool.turn;
+  frame.patch->opening = tool.opening;
   frame.patch->force = frame.force;
   frame.patch->torque = frame.torque;
 }

@@ -22,14 +22,18 @@ ToolSample within_reach(const ToolSample& last, const ToolSample& wanted) {
     if (angle > ToolTrack::kFastestRadS * time_s)
       sample.orientation = Rotation(last.orientation->slerp(ToolTrack::kFastestRadS * time_s / angle, *wanted.orientation));
   }
+  const double most = ToolTrack::kFastestOpening1S * time_s;
+  sample.opening = std::clamp(wanted.opening, last.opening - most, last.opening + most);
   return sample;
 }
 
 }  // namespace
 
 ToolAt TurningTool::centre_of(const ToolSphere& sphere) const {
-  const Vec3 arm = turn * sphere.centre;
-  return {at.position + arm, at.velocity + spin.cross(arm), turn * Vec3::UnitZ()};
+  const Vec3 arm = turn * sphere.centre_at(opening);
+  Vec3 velocity = at.velocity + spin.cross(arm);
+  if (opens_1_s != 0) velocity += opens_1_s * (turn * sphere.swept(opening));
+  return {at.position + arm, velocity, turn * Vec3::UnitZ()};
 }
 
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {
@@ -48,11 +52,16 @@ void ToolTrack::lead_on(const TurningTool& from, Micros body_time) {
   const TurningTool path = on_path(body_time);
   lead_ = {body_time, kLeadBack, from.at.position - path.at.position};
   lead_turn_ = {body_time, kLeadBack, rotation_between(path.turn, from.turn)};
+  lead_opening_ = {body_time, kLeadBack, {from.opening - path.opening, 0, 0}};
 }
 
 TurningTool ToolTrack::turning(Micros t) const {
   TurningTool tool = on_path(t);
   tool.at = moved_by(tool.at, lead_, t);
+  if (!lead_opening_.over(t)) {
+    tool.opening = std::clamp(tool.opening + lead_opening_.at(t).x(), 0.0, 1.0);
+    tool.opens_1_s += lead_opening_.rate(t).x();
+  }
   if (lead_turn_.over(t)) return tool;
   tool.turn = turned(lead_turn_.at(t), tool.turn);
   tool.spin += lead_turn_.rate(t);
@@ -61,16 +70,22 @@ TurningTool ToolTrack::turning(Micros t) const {
 
 TurningTool ToolTrack::on_path(Micros t) const {
   assert(!empty());
+  const auto resting = [](const ToolSample& at) {
+    return TurningTool{{at.position, Vec3::Zero()}, ToolPose(at).turn, Vec3::Zero(), at.opening};
+  };
   const std::size_t after = samples_.first_after(t - Micros{1});
-  if (after == 0) return {{samples_.oldest().position, Vec3::Zero()}, ToolPose(samples_.oldest()).turn};
+  if (after == 0) return resting(samples_.oldest());
   if (after == samples_.size()) {
     const ToolSample& end = samples_.newest();
-    if (samples_.size() == 1) return {{end.position, Vec3::Zero()}, ToolPose(end).turn};
+    if (samples_.size() == 1) return resting(end);
     // If samples are further apart, the last two are used.
     const std::size_t first = samples_.first_after(end.t - kVelocityWindow - Micros{1});
     const ToolSample& from = samples_[std::min(first, samples_.size() - 2)];
     const double over_s = seconds(end.t - from.t), gone_s = seconds(t - end.t);
     TurningTool tool{dead_reckoned({end.position, (end.position - from.position) / over_s}, gone_s), ToolPose(end).turn};
+    const ToolAt opened = dead_reckoned({{end.opening, 0, 0}, {(end.opening - from.opening) / over_s, 0, 0}}, gone_s);
+    tool.opening = std::clamp(opened.position.x(), 0.0, 1.0);
+    tool.opens_1_s = tool.opening == opened.position.x() ? opened.velocity.x() : 0;
     if (!end.orientation || !from.orientation) return tool;
     const ToolAt spun = dead_reckoned({Vec3::Zero(), rotation_between(*from.orientation, *end.orientation) / over_s}, gone_s);
     tool.turn = turned(spun.position, tool.turn);
@@ -81,6 +96,8 @@ TurningTool ToolTrack::on_path(Micros t) const {
   const double over_s = seconds(next.t - before.t), gone_s = seconds(t - before.t);
   const Vec3 velocity = (next.position - before.position) / over_s;
   TurningTool tool{{before.position + gone_s * velocity, velocity}, ToolPose(before).turn};
+  tool.opens_1_s = (next.opening - before.opening) / over_s;
+  tool.opening = before.opening + gone_s * tool.opens_1_s;
   if (!before.orientation || !next.orientation) return tool;
   tool.spin = rotation_between(*before.orientation, *next.orientation) / over_s;
   tool.turn = turned(gone_s * tool.spin, tool.turn);
@@ -89,7 +106,7 @@ TurningTool ToolTrack::on_path(Micros t) const {
 
 ToolSample ToolTrack::sample(Micros t) const {
   const TurningTool tool = on_path(t);
-  return {t, tool.at.position, samples_.newest().orientation ? Orientation(tool.turn) : Orientation()};
+  return {t, tool.at.position, samples_.newest().orientation ? Orientation(tool.turn) : Orientation(), tool.opening};
 }
 
 void ToolTrack::forget_before(Micros t) {

@@ -1,10 +1,11 @@
 // The path of one tool in body time, from the samples (t_k, x_k, R_k) received so far:
 //     x(t) = x_k + (t - t_k) / (t_(k+1) - t_k) (x_(k+1) - x_k) + (1 - m((t - t_b) / T)) j,   T = kLeadBack,
 // with the last term only from t_b to t_b + T, and m the minimum-jerk curve (minimum_jerk.hpp). Its rotation is that of constant
-// spin between samples, R(t) = exp((1 - m) phi) R_k slerp, upright without orientations.
+// spin between samples, R(t) = exp((1 - m) phi) R_k slerp, upright without orientations, and its opening is like a coordinate of
+// x.
 //
-// A path is nowhere faster than kFastestMs and kFastestRadS, whatever the samples say: a sample that is too far away is moved
-// onto the line towards it. A tool that jumps about would otherwise cost the body many short steps.
+// A path is nowhere faster than kFastestMs, kFastestRadS and kFastestOpening1S, whatever the samples say: a sample that is too
+// far away is moved onto the line towards it. A tool that jumps about would otherwise cost the body many short steps.
 //
 // After the last sample the tool continues at its mean velocity and spin over the last kVelocityWindow and comes to rest
 // (tool_prediction.hpp). Samples that arrive after the body has passed them, at t_b, correct the path: the resulting jump (j,
@@ -31,7 +32,9 @@ struct TurningTool {
   ToolAt at;  ///< of the tool point
   Rotation turn = Rotation::Identity();
   Vec3 spin = Vec3::Zero();  ///< omega, in W [rad/s]
-  /// Returns the centre of a sphere of its body: h + R a, h' + omega x R a; R e_z.
+  double opening = 0;        ///< o (tool_shape.hpp)
+  double opens_1_s = 0;      ///< o'
+  /// Returns the centre of a sphere of its body: h + R a, h' + omega x R a + o' R da/do; R e_z.
   ToolAt centre_of(const ToolSphere& sphere) const;
 };
 
@@ -41,6 +44,7 @@ class ToolTrack {
   static constexpr Micros kLeadBack{100'000};      ///< as long as a tool is dead-reckoned; shorter: faster
   static constexpr double kFastestMs = 2;          ///< highest speed [m/s] along the path; a tapping hand reaches about 1 m/s
   static constexpr double kFastestRadS = 20;       ///< highest spin [rad/s]; a wrist reaches about 10
+  static constexpr double kFastestOpening1S = 20;  ///< fastest change of the opening; fingers close within about 0.1 s
 
   bool empty() const { return samples_.empty(); }
   // Requires a path with samples, as all below except add() and forget_before().
@@ -67,7 +71,7 @@ class ToolTrack {
   void lead_on(const TurningTool& from, Micros body_time);
 
   SampleHistory<ToolSample> samples_{kMost};
-  FadingVector lead_, lead_turn_;  // from the path to at() [m]; rotation vector [rad]
+  FadingVector lead_, lead_turn_, lead_opening_;  // from the path to at() [m]; rotation vector [rad]; opening, along x
 };
 
 }  // namespace palpate

@@ -69,8 +69,9 @@ SolidMaterial read_part(const SceneText& text, const std::string& path, const So
 const NamedMaterial& named_material(const SceneText& text, const std::string& path, const std::string& name);
 /// Returns the density at `path` if given, else that of the material, else the default.
 double read_density(const SceneText& text, const std::string& path, double usual_or_given, const std::string& material);
-/// Defined in tools.cpp. Reads the spheres of a tool's body at `path`, those of a capsule evenly spread over its axis; centres
-/// and radii are rounded to kToolStepM. Refuses a body without spheres, or with more than kMaxToolSpheres.
+/// Defined in tools.cpp. Reads the spheres of a tool's body at `path`, those of a capsule evenly spread over its axis; lengths
+/// are rounded to kToolStepM, the swing of jaws to kSwingStepRad. Refuses a body without spheres, or with more than
+/// kMaxToolSpheres.
 ToolShape read_tool_body(const SceneText& text, const std::string& path, const schema::ToolBodyT& in);
 MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);
 FixedSettings read_fixing(const SceneText& text, const std::string& path, const std::vector<std::string>& faces,

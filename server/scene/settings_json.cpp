@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "common/json/json.hpp"
 #include "server/scene/settings.hpp"
@@ -269,11 +271,19 @@ Json to_json(const SceneSettings& settings) {
   tool.add("contact_stiffness_n_m", Json::number(settings.tool.contact_stiffness_n_m));
   tool.add("radius_m", Json::number(settings.tool.radius_m));
   if (!settings.tool.shape.empty()) {
-    Json& spheres = tool.add("body", Json::object()).add("spheres", Json::array());
+    Json& shape = tool.add("body", Json::object());
+    const auto on_jaw = std::ranges::find_if(settings.tool.shape, &ToolSphere::on_jaw);
+    if (on_jaw != settings.tool.shape.end()) {
+      Json& jaws = shape.add("jaws", Json::object());
+      jaws.add("hinge_z_m", Json::number(on_jaw->hinge_m));
+      jaws.add("open_deg", Json::number(2 * std::abs(on_jaw->swing_rad) * 180 / std::numbers::pi));
+    }
+    Json& spheres = shape.add("spheres", Json::array());
     for (const ToolSphere& sphere : settings.tool.shape) {
       Json part = Json::object();
       part.add("center_m", list(sphere.centre));
       part.add("radius_m", Json::number(sphere.radius_m));
+      if (sphere.on_jaw()) part.add("jaw", Json::number(sphere.swing_rad > 0 ? 1 : -1));
       spheres.items.push_back(std::move(part));
     }
   }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "server/scene/settings_fields.hpp"
 #include "tool_files.hpp"
@@ -24,6 +26,35 @@ double radius(const SceneText& text, const std::string& path, const flatbuffers:
 }
 
 ToolSphere sphere(const Vec3& centre, double radius_m) { return {centre.unaryExpr(&rounded), rounded(radius_m)}; }
+
+/// The jaws of a tool: their hinge, and by how much each turns.
+struct Jaws {
+  double hinge_m = 0, swing_rad = 0;
+  /// `sphere`, on the jaw that opens to the side of `sign`, if that is not zero.
+  ToolSphere on(ToolSphere sphere, int sign) const {
+    if (sign == 0) return sphere;
+    sphere.hinge_m = hinge_m;
+    sphere.swing_rad = sign * swing_rad;
+    return sphere;
+  }
+};
+
+std::optional<Jaws> read_jaws(const SceneText& text, const std::string& path, const schema::ToolBodyT& in) {
+  if (!in.jaws) return std::nullopt;
+  const std::string here = path + ".jaws";
+  const double open_deg = required(text, here + ".open_deg", in.jaws->open_deg, 1, 120, "deg");
+  return Jaws{rounded(required(text, here + ".hinge_z_m", in.jaws->hinge_z_m, -kMaxToolReachM, kMaxToolReachM, "m")),
+              std::round(0.5 * open_deg * std::numbers::pi / 180 / kSwingStepRad) * kSwingStepRad};
+}
+
+/// Returns the sphere on the jaw that it names.
+ToolSphere on_jaw(const SceneText& text, const std::string& path, const std::optional<Jaws>& jaws, int sign,
+                  const ToolSphere& sphere) {
+  text.in_range(path + ".jaw", sign, -1, 1, "");
+  if (sign != 0 && !jaws)
+    text.refuse(path + ".jaw", "the body has no jaws", "jaws with hinge_z_m and open_deg beside the spheres");
+  return jaws ? jaws->on(sphere, sign) : sphere;
+}
 
 NamedTool read_file(const ToolFile& file) {
   const SceneText text("{\"tool\": {\"body\": " + std::string(file.text) + "}}", std::string(file.name));
@@ -53,10 +84,12 @@ const NamedTool* find_tool(const std::string& name) {
 
 ToolShape read_tool_body(const SceneText& text, const std::string& path, const schema::ToolBodyT& in) {
   ToolShape shape;
+  const std::optional<Jaws> jaws = read_jaws(text, path, in);
   for (std::size_t i = 0; i < in.spheres.size(); ++i) {
     const std::string here = at(path + ".spheres", i);
-    shape.push_back(
-        sphere(place(text, here + ".center_m", in.spheres[i]->center_m), radius(text, here, in.spheres[i]->radius_m)));
+    const schema::ToolSphereT& ball = *in.spheres[i];
+    shape.push_back(on_jaw(text, here, jaws, ball.jaw,
+                           sphere(place(text, here + ".center_m", ball.center_m), radius(text, here, ball.radius_m))));
   }
   for (std::size_t i = 0; i < in.capsules.size(); ++i) {
     const schema::ToolCapsuleT& capsule = *in.capsules[i];
@@ -67,12 +100,14 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
     if (capsule.spheres) text.in_range(here + ".spheres", *capsule.spheres, 2, most, "");
     const auto usual = static_cast<int>(std::min(std::ceil((to - from).norm() / (2 * radius_m)), double{most})) + 1;
     const int count = capsule.spheres ? *capsule.spheres : std::max(2, usual);
-    for (int k = 0; k < count; ++k) shape.push_back(sphere(from + (to - from) * k / (count - 1), radius_m));
+    for (int k = 0; k < count; ++k)
+      shape.push_back(on_jaw(text, here, jaws, capsule.jaw, sphere(from + (to - from) * k / (count - 1), radius_m)));
   }
   if (shape.empty()) text.refuse(path, "the body of the tool has no spheres", "spheres or capsules");
   if (shape.size() > kMaxToolSpheres)
     text.refuse(path, fmt::format("the body of the tool has {} spheres, those of its capsules included", shape.size()),
                 fmt::format("at most {}", kMaxToolSpheres));
+  if (jaws && !has_jaws(shape)) text.refuse(path + ".jaws", "no sphere is on a jaw", "spheres or capsules with a jaw of 1 or -1");
   return shape;
 }
 

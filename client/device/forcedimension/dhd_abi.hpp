@@ -51,6 +51,8 @@ struct Functions {
   // null in an older library
   int (*dhdSetMaxTorque)(double newton_metres, char id);
   bool (*dhdHasActiveWrist)(char id);
+  bool (*dhdHasGripper)(char id);
+  int (*dhdGetGripperGap)(double* metres, char id);
   int (*dhdGetStatus)(int status[status::kCount], char id);
   int (*dhdErrorGetLast)();
   const char* (*dhdErrorGetStr)(int code);

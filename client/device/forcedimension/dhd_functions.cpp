@@ -44,6 +44,8 @@ Functions load() {
   library.bind("dhdSetWatchdog", f.dhdSetWatchdog);
   library.bind_optional("dhdSetMaxTorque", f.dhdSetMaxTorque);
   library.bind_optional("dhdHasActiveWrist", f.dhdHasActiveWrist);
+  library.bind_optional("dhdHasGripper", f.dhdHasGripper);
+  library.bind_optional("dhdGetGripperGap", f.dhdGetGripperGap);
   library.bind_optional("drdOpenID", f.drdOpenID);
   library.bind_optional("drdClose", f.drdClose);
   library.bind_optional("drdIsSupported", f.drdIsSupported);

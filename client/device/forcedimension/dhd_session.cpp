@@ -107,6 +107,7 @@ void Session::read_caps(int index) {
     caps_.torque_slew_max_nm_s = limits.torque_max_nm / kPeakInS;
     caps_.spin_max_rad_s = kSpinMaxRadS;
   }
+  caps_.has_opening = dhd_.dhdHasGripper && dhd_.dhdGetGripperGap && dhd_.dhdHasGripper(id);
   caps_.buttons = kButtons;
   caps_.watchdog = kWatchdog;
   caps_.model = "Force Dimension " + std::string(name ? name : "device") + ", serial number " + std::to_string(serial) +
@@ -155,6 +156,11 @@ DeviceReading Session::measure() noexcept {
     double matrix[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     check(dhd_.dhdGetOrientationFrame(matrix, id));
     reading.orientation = orientation_from(matrix);
+  }
+  if (caps_.has_opening) {
+    double gap_m = 0;
+    check(dhd_.dhdGetGripperGap(&gap_m, id));
+    reading.opening = gap_m / kGripperGapM;
   }
   reading.buttons = dhd_.dhdGetButtonMask(id);
   return reading;

@@ -1,6 +1,6 @@
 // One device that DHD has open, and one exchange with it:
 //
-//     read position, orientation and buttons, exchange them for the newest force (driver_exchange.hpp), send the force.
+//     read position, orientation, gripper and buttons, exchange them for the newest force (driver_exchange.hpp), send the force.
 //
 // A force is sent in every turn, zero where there is none: gravity compensation is computed on the host and sent along with it,
 // so an arm without force commands sinks. Torque is sent to a device with an active wrist whose limit is known, else as zero, and
@@ -19,6 +19,7 @@ inline constexpr double kTurnHz = 2000;
 inline constexpr double kVelocityMaxMS = 5;  ///< faster than people move a handle; the device has its own limit
 inline constexpr double kSpinMaxRadS = 30;   ///< faster than people turn one
 inline constexpr Micros kWatchdog{20'000};
+inline constexpr double kGripperGapM = 0.025;  ///< between thumb and finger wide open, of an omega.7 and a sigma.7
 
 class Session {
  public:

@@ -13,7 +13,8 @@ namespace {
 constexpr const char* kWhere = "force device";
 constexpr std::uint32_t kNanometre = 0x11, kMillinewton = 0xE111, kMicronewtonMetre = 0xE121;  ///< cm, dyne, dyne cm
 constexpr int kNanometreExponent = -7, kMillinewtonExponent = 2, kMicronewtonMetreExponent = 1;
-constexpr double kMPerNm = 1e-9, kNPerMn = 1e-3, kMnPerN = 1e3, kNmPerUnm = 1e-6, kUnmPerNm = 1e6, kWhole = 32767;
+constexpr double kMPerNm = 1e-9, kNPerMn = 1e-3, kMnPerN = 1e3, kNmPerUnm = 1e-6, kUnmPerNm = 1e6, kWhole = 32767,
+                 kWideOpen = 65535;
 
 std::uint32_t usage_of(int usage) { return hid_usage(FORCE_HID_PAGE, static_cast<std::uint32_t>(usage)); }
 
@@ -123,6 +124,11 @@ void ForceProfile::bind(const ReportDescriptor& descriptor) {
   for (int i = 0; i < 4 && in_.has_orientation; ++i) in_.orientation[i] = input(FORCE_HID_ORIENTATION_X + i, 16);
   if (in_.has_orientation)
     for (const HidField& field : in_.orientation) expect_one_report(in_.state, field);
+  in_.has_opening = descriptor.find(HidReportKind::input, usage_of(FORCE_HID_OPENING)) != nullptr;
+  if (in_.has_opening) {
+    in_.opening = input(FORCE_HID_OPENING, 16);
+    expect_one_report(in_.state, in_.opening);
+  }
   out_.has_torque = descriptor.find(HidReportKind::output, usage_of(FORCE_HID_TORQUE_X)) != nullptr;
   for (int i = 0; i < 3 && out_.has_torque; ++i) {
     out_.torque[i] = output(FORCE_HID_TORQUE_X + i, 24);
@@ -153,6 +159,7 @@ DeviceCaps ForceProfile::read_limits(HidTransport& transport, const ReportDescri
   const auto features = static_cast<int>(limits(FORCE_HID_FEATURES, 0, 255, "features"));
   caps.has_orientation = in_.has_orientation && (features & FORCE_HID_FEATURE_ORIENTATION) != 0;
   caps.renders_torque = caps.has_orientation && out_.has_torque && (features & FORCE_HID_FEATURE_TORQUE) != 0;
+  caps.has_opening = in_.has_opening && (features & FORCE_HID_FEATURE_OPENING) != 0;
   if (caps.renders_torque) {
     const double most_unm = limits(FORCE_HID_PEAK_TORQUE, 1, FORCE_HID_TORQUE_MAX_UNM, "peak torque [uN m]");
     caps.torque_max_nm = most_unm * kNmPerUnm;
@@ -187,6 +194,7 @@ bool ForceProfile::take(std::span<const std::byte> report, HidInput& input) noex
     if (!holds(field, report)) return false;
   for (const HidField& field : in_.orientation)
     if (in_.has_orientation && !holds(field, report)) return false;
+  if (in_.has_opening && !holds(in_.opening, report)) return false;
   const std::int64_t state = value_of(in_.state, report);
   DeviceReading& reading = input.reading;
   for (int i = 0; i < 3; ++i) reading.position[i] = static_cast<double>(value_of(in_.position[i], report)) * kMPerNm;
@@ -194,6 +202,7 @@ bool ForceProfile::take(std::span<const std::byte> report, HidInput& input) noex
   reading.state = device_state(state);
   reading.reason = reason_of(state, value_of(in_.status, report));
   state_.store(static_cast<std::uint8_t>(state), std::memory_order_relaxed);
+  if (in_.has_opening) reading.opening = static_cast<double>(value_of(in_.opening, report)) / kWideOpen;
   if (!in_.has_orientation) return true;
   Eigen::Vector4d q;
   for (int i = 0; i < 4; ++i) q[i] = static_cast<double>(value_of(in_.orientation[i], report)) / kWhole;

@@ -2,7 +2,8 @@
 //
 // Fields are found by usage, so a device may order, number and lengthen its reports freely. Positions arrive in nanometres and
 // become metres, forces leave in millinewtons and torques in micronewton metres, rounded to the nearest; the device's axes are
-// those of frame W. A device has a torque if it has the fields, says so in its features, and measures its orientation.
+// those of frame W. A device has a torque if it has the fields, says so in its features, and measures its orientation; it has a
+// gripper if it has the field and says so.
 //
 // The host arms by an edge: it sends reports without ARM until the device reports READY, one more, and then ARM. After a time-out
 // of the device's watchdog that sequence restarts by itself. A fault is cleared kFaultHold after the device first reported it,
@@ -38,8 +39,8 @@ class ForceProfile final : public HidProtocol {
 
  private:
   struct InputFields {
-    HidField position[3], orientation[4], buttons, status, state;
-    bool has_orientation = false;
+    HidField position[3], orientation[4], buttons, status, state, opening;
+    bool has_orientation = false, has_opening = false;
   };
   struct OutputFields {
     HidField sequence, flags, force[3], torque[3];

@@ -27,7 +27,8 @@ class SmallWorld {
     Micros clock_offset{};  ///< its clock minus the server's
     bool moves = true;      ///< false: the haptic thread is stopped
     Orientation turn = {};  ///< of its tool
-    Micros sent{};          ///< time of its newest datagram, by its clock
+    double opening = 0;
+    Micros sent{};  ///< time of its newest datagram, by its clock
     std::vector<TickOutput> ticks;
   };
 
@@ -116,7 +117,8 @@ class SmallWorld {
   }
   void step_client(PeerId peer, Place& place) {
     const auto t = clock(peer);
-    if (place.moves) place.ticks.push_back(place.core->haptic().tick({t, Vec3(0, 0, 0.01 * std::sin(seconds(t))), place.turn}));
+    if (place.moves)
+      place.ticks.push_back(place.core->haptic().tick({t, Vec3(0, 0, 0.01 * std::sin(seconds(t))), place.turn, place.opening}));
     place.core->tick(t);
     std::array<std::byte, kMaxDatagramBytes> bytes;
     while (const auto size = place.core->emit(bytes, t)) {

@@ -96,3 +96,32 @@ TEST_CASE(
   if (body) CHECK(10 * with > 9 * all);
   if (!body) CHECK(2 * with < all);
 }
+
+TEST_CASE("Each sample of a tool with jaws reaches the body with its opening, and an opening that is none as the nearest") {
+  const bool jaws = GENERATE(true, false);
+  SmallWorld world;
+  world.tool = {ToolSphere{Vec3(0.01, 0, 0), 0.004, 0.03, jaws ? 0.4 : 0.0}};
+  world.start_server(2);
+  world.link = {20ms, 5ms, 0.1, 0.1};
+  ClientCore& core = world.add(1, "hand");
+  world.run(500ms);
+  REQUIRE(core.link() == LinkState::joined);
+  CHECK(core.welcome().jaws == jaws);
+  world.room.jobs.clear();
+  const Micros begin = world.now;
+  const auto wanted = [](Micros t) { return 0.5 + 0.7 * std::sin(seconds(t)); };
+  for (int ms = 0; ms < 3000; ++ms) {
+    world.places.at(1).opening = ms == 700 ? std::nan("") : wanted(world.now + 1ms);
+    world.run(1ms);
+  }
+  std::size_t all = 0;
+  for (const FrameJob& job : world.room.jobs)
+    for (const StationJob& station : job.stations)
+      for (const ToolSample& sample : station.samples) {
+        if (sample.t < begin + 10ms) continue;
+        ++all;
+        const double opening = jaws ? std::clamp(wanted(sample.t), 0.0, 1.0) : 0;
+        CHECK(std::abs(sample.opening - opening) < 0.005);  // the server's estimate of the clock is within 5 ms
+      }
+  CHECK(all > 2000);
+}

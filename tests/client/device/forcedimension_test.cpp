@@ -264,3 +264,23 @@ TEST_CASE("A sigma.7 turns by the torque that is written, about the axis of the 
     CHECK((rotation_vector(Rotation(reading.orientation)) - torque / hand.wrist->stiffness_nm_rad).norm() < 2e-3);
   }
 }
+
+TEST_CASE("The gap of an omega.7's gripper is the opening of jaws, wide open at 25 mm, and a device without one has none") {
+  DhdBench bench;
+  CHECK_FALSE(bench.device->caps().has_opening);
+  CHECK(bench.run(3).opening == 0);
+  bench.device.reset();
+  SimPhantomOptions hand;
+  hand.tremor_m = 0;
+  MotionHolds holds;
+  holds.openings = {1, 0.25};
+  bench.standin.begin(Motion({{0, Vec3::Zero()}, {0.075, Vec3::Zero()}}, holds), hand);
+  bench.device = std::make_unique<ForceDimensionDevice>(ForceDimensionOptions{0, Micros{60'000}, false});
+  CHECK(bench.device->caps().has_opening);
+  bench.now = {};
+  for (int ms = 0; ms < 60; ++ms) {
+    const DeviceReading reading = bench.tick();
+    CHECK(reading.opening == Approx(1 - 0.01 * ms).margin(0.011));  // a tick of the exchange
+  }
+  CHECK(bench.run(30).opening == Approx(0.25));
+}

@@ -41,7 +41,7 @@ TEST_CASE("Force moves the tool of a simulated device and not that of a replayed
 TEST_CASE("Where a motion says how the tool is held and what is pressed, sim and replay report it at its time", "[device]") {
   const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()));
   const Motion held({{0, Vec3::Zero()}, {1, Vec3::Zero()}, {2, Vec3::Zero()}},
-                    {{Eigen::Quaterniond::Identity(), quarter, quarter}, {0, 5, 0}});
+                    {{Eigen::Quaterniond::Identity(), quarter, quarter}, {0, 5, 0}, {}});
   for (const DeviceKind kind : {DeviceKind::sim, DeviceKind::replay}) {
     const auto device = palpate::make_device(held, {.kind = kind});
     CHECK(device->caps().has_orientation);

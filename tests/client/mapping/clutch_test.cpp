@@ -38,6 +38,23 @@ TEST_CASE("Force begins at zero and fades in without a step") {
   CHECK(bench.force_step_max_n() <= kInStepN + 1e-12);
 }
 
+TEST_CASE(
+    "A button closes jaws evenly while it is held and opens them else, and without one the gripper's opening is passed on") {
+  WorkspaceMapping mapping;
+  mapping.jaws_button = 1;
+  Bench bench(mapping), own({});
+  CHECK(bench.mapped.caps().has_opening);
+  CHECK_FALSE(own.mapped.caps().has_opening);
+  const auto opening = [](Bench& at) { return at.mapped.read(at.now += kMs).opening; };
+  CHECK(opening(bench) == 1);
+  press(bench.device.reading, 2);
+  for (int ms = 1; ms <= 1000; ++ms) CHECK(opening(bench) == Approx(std::max(0.0, 1 - 1e-3 * kJawsButton1S * ms)).margin(1e-9));
+  press(bench.device.reading, 1);
+  for (int ms = 1; ms <= 100; ++ms) CHECK(opening(bench) == Approx(1e-3 * kJawsButton1S * ms));
+  own.device.reading.opening = 0.3;
+  CHECK(opening(own) == 0.3);
+}
+
 TEST_CASE("A hand that waits feels nothing, wherever it moves, until it is told to start, and then no step") {
   Bench bench({});
   bench.mapped.wait_for_start();
@@ -171,7 +188,7 @@ double force_step_on_wall(const WorkspaceMapping& mapping, std::uint32_t pressed
   constexpr double kWallNM = 400;
   std::vector<MotionPoint> points{
       {0, {0, 0, 0.01}}, {1, {0, 0, -0.01}}, {2, {0.03, 0, -0.01}}, {3, {0.03, 0, -0.012}}, {4, {0, 0, 0.02}}};
-  MotionHolds holds{{}, {0, 0, pressed, 0, 0}};
+  MotionHolds holds{{}, {0, 0, pressed, 0, 0}, {}};
   SimPhantomOptions options;
   options.hand = *hand_from_name("firm");
   options.force_step_n = options.position_step_m = options.tremor_m = 0;

@@ -50,6 +50,7 @@ TEST_CASE("What is written reads back to the same bits") {
   odd.tool_weight_n = Vec3(0, 0, -0.31);
   odd.clutch_button = 0;
   odd.dead_man_button = 31;
+  odd.jaws_button = 3;
   const auto all = from_text(workspace_text({{"a \"b\"", odd}, {"sim", {}}}));
   REQUIRE(all.size() == 2);
   const WorkspaceMapping& back = all[0].mapping;
@@ -63,6 +64,7 @@ TEST_CASE("What is written reads back to the same bits") {
   CHECK(back.tool_weight_n == odd.tool_weight_n);
   CHECK(back.clutch_button == odd.clutch_button);
   CHECK(back.dead_man_button == odd.dead_man_button);
+  CHECK(back.jaws_button == odd.jaws_button);
   CHECK_FALSE(all[1].mapping.centre_m);
   CHECK_FALSE(all[1].mapping.clutch_button);
 }

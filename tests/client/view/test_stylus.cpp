@@ -50,3 +50,23 @@ TEST_CASE("The button of a stylus is on the side of x, and takes the station's c
   CHECK(stylus({}, true) == stylus({}, false));
   CHECK(stylus({}, false).size() < free.size());
 }
+
+TEST_CASE("An instrument's jaws are drawn where they are, apart from each other", "[view]") {
+  const std::vector<ToolSphere> body{{Vec3(0.003, 0, 0.003), 0.003, 0.04, 0.5}, {Vec3(-0.003, 0, 0.003), 0.003, 0.04, -0.5}};
+  for (const double opening : {0.0, 0.8}) {
+    SolidMesh mesh;
+    const ToolPose pose(Vec3::Zero(), Rotation::Identity(), opening);
+    append_instrument(mesh, {pose, body});
+    const auto left = static_cast<float>(pose.centre_of(body[1]).x()), right = static_cast<float>(pose.centre_of(body[0]).x());
+    float least = 1, most = -1, between = 0;
+    for (const SolidVertex& v : mesh) {
+      if (v.position.z() > 0.02F || v.position.head<2>().norm() < 0.0017F) continue;  // the handle
+      least = std::min(least, v.position.x());
+      most = std::max(most, v.position.x());
+      if (v.position.x() > left + 0.0031F && v.position.x() < right - 0.0031F) ++between;
+    }
+    CHECK(least == Approx(left - 0.003F).margin(1e-4));
+    CHECK(most == Approx(right + 0.003F).margin(1e-4));
+    CHECK(between == 0);
+  }
+}

@@ -90,13 +90,13 @@ TEST_CASE("A tool moves between its two reported places and new tools appear", "
   REQUIRE(tools.size() == 2);
 }
 
-TEST_CASE("A tool turns between its two reported orientations", "[view]") {
+TEST_CASE("A tool turns and opens between its two reported orientations and openings", "[view]") {
   Playback playback;
   for (int i = 0; i < 4; ++i) {
     const Micros t = kOtherClock + i * kPeriod;
     playback.add(moving(t), kPath + i * kPeriod);
     const Eigen::Quaterniond held(Eigen::AngleAxisd(0.4 * i, Vec3::UnitY()));
-    playback.add(Tools{0, t, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, held, 1}}}, kPath + i * kPeriod);
+    playback.add(Tools{0, t, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, held, 1, "", 0.2 * i}}}, kPath + i * kPeriod);
   }
   Shape shape;
   std::vector<ToolView> tools;
@@ -104,5 +104,6 @@ TEST_CASE("A tool turns between its two reported orientations", "[view]") {
   REQUIRE(tools.size() == 1);
   const Eigen::Quaterniond expected(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
   CHECK(tools[0].orientation->angularDistance(expected) < 1e-9);
+  CHECK(tools[0].opening == Approx(0.25));
   CHECK(tools[0].buttons == 1);
 }

@@ -89,7 +89,7 @@ TEST_CASE("the hands of a recording become motions over one time", "[session]") 
   path(4, 300, 900);
   path(5, 500, 800);
   const auto turned = [](double rad) { return Rotation(Eigen::AngleAxisd(rad, Vec3::UnitZ())); };
-  for (const int ms : {400, 600}) writer.add(RecordedTurn{Micros{1'000'000 + 1000 * ms}, 4, turned(1e-3 * ms)});
+  for (const int ms : {400, 600}) writer.add(RecordedTurn{Micros{1'000'000 + 1000 * ms}, 4, turned(1e-3 * ms), 1e-3 * ms});
   writer.finish();
   const auto bytes = writer.take();
   const Session session = read_session(RecordingReader(bytes, "hands"));
@@ -106,8 +106,11 @@ TEST_CASE("the hands of a recording become motions over one time", "[session]") 
   CHECK(early.position(0.6).y() == Approx(5));
   CHECK(early.position(0.9).x() == Approx(0.8));
   CHECK_FALSE(early.has_orientation());
-  for (const auto& [ms, rad] : {std::pair{100, 0.4}, {450, 0.45}, {600, 0.6}, {900, 0.6}})
+  CHECK_FALSE(early.has_opening());
+  for (const auto& [ms, rad] : {std::pair{100, 0.4}, {450, 0.45}, {600, 0.6}, {900, 0.6}}) {
     CHECK(late.orientation(Micros{1000 * ms})->angularDistance(turned(rad)) < 1e-3);
+    CHECK(late.opening(Micros{1000 * ms}) == Approx(rad).margin(1e-3));
+  }
 }
 
 TEST_CASE("notes come in the order of the moments that they are about", "[session]") {

@@ -195,3 +195,18 @@ TEST_CASE("Holds that are written are read back", "[motion]") {
     CHECK(back.holds().buttons[i] == holds.buttons[i]);
   }
 }
+
+TEST_CASE("Openings of jaws are read with or without orientations and buttons, and are linear in between", "[motion]") {
+  const Motion alone = read("t_s,x_m,y_m,z_m,opening\n0,0,0,0,1\n1,0,0,0,0.5\n");
+  CHECK(alone.has_opening());
+  CHECK(alone.opening(palpate::Micros{500'000}) == 0.75);
+  CHECK(alone.opening(palpate::Micros{9'000'000}) == 0.5);
+  CHECK(alone.buttons(palpate::Micros{0}) == 0);
+  const Motion all = read("t_s,x_m,y_m,z_m,qx,qy,qz,qw,buttons,opening\n0,0,0,0,0,0,0,1,2,0.25\n1,0,0,0,0,0,0,1,0,0\n");
+  CHECK(all.buttons(palpate::Micros{0}) == 2);
+  CHECK(all.opening(palpate::Micros{0}) == 0.25);
+  CHECK(read("t_s,x_m,y_m,z_m,buttons,opening\n0,0,0,0,1,0.5\n1,0,0,0,0,0\n").buttons(palpate::Micros{0}) == 1);
+  CHECK_FALSE(read(kHead + "0,0,0,0\n1,0,0,0\n").has_opening());
+  CHECK_THAT(fault("t_s,x_m,y_m,z_m,opening\n0,0,0,0,1.5\n1,0,0,0,0\n"),
+             Catch::Contains("m.csv:2: ") && Catch::Contains("0 to 1"));
+}

@@ -154,3 +154,32 @@ TEST_CASE("Which of a tool's spheres is the patch's own contact makes no differe
   CHECK((of_left.output().force - of_right.output().force).norm() < 1e-6 * of_left.output().force.norm());
   CHECK((of_left.output().torque - of_right.output().torque).norm() < 1e-6 * of_left.output().torque.norm());
 }
+
+TEST_CASE("The grip of jaws that are pressed on a floor is the moment of its springs by the opening") {
+  Patch p = bar(0, 0.001);
+  p.sphere.hinge_m = p.others.of[0].sphere.hinge_m = 0.05;
+  p.sphere.centre.x() = -0.5 * kHalfM;
+  p.others.of[0].sphere.centre.x() = 0.5 * kHalfM;
+  p.sphere.swing_rad = -0.1;
+  p.others.of[0].sphere.swing_rad = 0.1;
+  REQUIRE(check(p) == PatchFault::none);
+  PatchPlayer player(p);
+  const double step = 1e-5;
+  for (int ms = 1; ms <= 100; ++ms) {
+    const double opening = 0.5 * ms / 100.0, height_m = 0.001 - 0.007 * ms / 100.0;
+    const PlayerOutput out = player.advance(
+        {kStamp + Micros{1000 * ms}, p.tool + Vec3(0, 0, height_m - 0.001), Rotation(Rotation::Identity()), opening});
+    // -dE / d opening of E = sum k_c / 2 depth^2.
+    const auto energy = [&](double o) {
+      double sum = 0;
+      for (const ToolSphere& sphere : {p.sphere, p.others.of[0].sphere}) {
+        const double depth = std::max(0.0, -(height_m + sphere.centre_at(o).z() - sphere.radius_m));
+        sum += 0.5 * kContact * depth * depth;
+      }
+      return sum;
+    };
+    CAPTURE(ms);
+    CHECK(out.grip == Approx(-(energy(opening + step) - energy(opening - step)) / (2 * step)).margin(1e-7));
+  }
+  CHECK(std::abs(player.output().grip) > 1e-3);
+}

@@ -216,7 +216,7 @@ TEST_CASE("how tools are held and their buttons come back, and each block says t
   RecordingWriter writer(small_head());
   const Eigen::Quaterniond held = Eigen::Quaterniond(0.2, 0.4, -0.4, 0.8).normalized();
   writer.add(RecordedEvent{kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "hand", ""});
-  writer.add(RecordedTurn{kSmallBegin, 3, held});
+  writer.add(RecordedTurn{kSmallBegin, 3, held, 0.4});
   writer.add(RecordedButtons{kSmallBegin + Micros{1234}, 3, 5});
   for (int k = 0; k < 40; ++k) {
     const Micros t = small_touch(k).t;
@@ -237,6 +237,7 @@ TEST_CASE("how tools are held and their buttons come back, and each block says t
   REQUIRE(second->turns.size() == 1);
   CHECK(second->turns[0].orientation.angularDistance(held) < 1e-4);
   CHECK(second->turns[0].orientation.norm() == Approx(1).epsilon(1e-12));
+  CHECK(second->turns[0].opening == Approx(0.4).margin(1e-5));
   REQUIRE(second->buttons.size() == 1);
   CHECK(second->buttons[0].pressed == 5);
   CHECK(last->turns.empty());
@@ -246,6 +247,7 @@ TEST_CASE("how tools are held and their buttons come back, and each block says t
   REQUIRE(pen != tools.end());
   CHECK(pen->buttons == 5);
   CHECK(pen->orientation->angularDistance(held) < 1e-4);
+  CHECK(pen->opening == Approx(0.4).margin(1e-5));
 }
 
 TEST_CASE("who guided whom, and with what forces, comes back", "[record]") {

@@ -353,3 +353,39 @@ TEST_CASE("an orientation that is none is neither sent nor taken, nor are button
   Message out;
   CHECK(decode(seeds::bytes_of(seeds::message(samples)), out) == WireFault::out_of_range);
 }
+
+TEST_CASE("Openings of jaws arrive for each sample to a 65,535th, cost nothing where all are closed, and fit a full datagram") {
+  Samples samples = seeds::samples(kMaxOpeningsPerDatagram);
+  samples.playing = 77;
+  for (int i = 0; i < kMaxButtonChanges; ++i) samples.buttons.push_back({Micros{i}, 1});
+  for (ToolSample& sample : samples.samples) sample.orientation = Rotation(Rotation::Identity());
+  const std::size_t closed = seeds::bytes_of(seeds::message(samples)).size();
+  for (std::size_t i = 0; i < samples.samples.size(); ++i)
+    samples.samples[i].opening = static_cast<double>(i) / (kMaxOpeningsPerDatagram - 1);
+  const Samples got = round_trip(samples), again = round_trip(got);
+  REQUIRE(got.samples.size() == samples.samples.size());
+  for (std::size_t i = 0; i < got.samples.size(); ++i) {
+    CHECK(std::abs(got.samples[i].opening - samples.samples[i].opening) <= 0.5 / 65535 + 1e-12);
+    CHECK(again.samples[i].opening == got.samples[i].opening);
+  }
+  CHECK(seeds::bytes_of(seeds::message(samples)).size() <= closed + 2 * kMaxOpeningsPerDatagram + 16);
+  for (ToolSample& sample : samples.samples) sample.opening = 0;
+  CHECK(seeds::bytes_of(seeds::message(samples)).size() == closed);
+  for (const double wrong : {-0.01, 1.01, std::nan("")}) {
+    samples.samples[3].opening = wrong;
+    CHECK(seeds::bytes_of(seeds::message(samples)).empty());
+  }
+  samples.samples[3].opening = 0.5;
+  samples.samples.push_back(samples.samples.back());
+  CHECK(seeds::bytes_of(seeds::message(samples)).empty());
+}
+
+TEST_CASE("Viewers get the jaws of the room's tools, and their openings") {
+  RoomView room;
+  room.tool = {{Vec3::Zero(), 32 * kToolStepM, 3000 * kToolStepM, 4000 * kSwingStepRad}, {Vec3::Zero(), 32 * kToolStepM}};
+  CHECK(round_trip(room).tool == room.tool);
+  room.tool[0].swing_rad = 1.2;
+  CHECK(seeds::bytes_of(seeds::message(room)).empty());
+  const Tools tools{1, Micros{2}, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "", 0.4}}};
+  CHECK(round_trip(tools).tools[0].opening == Approx(0.4).margin(1e-5));
+}

@@ -172,6 +172,26 @@ TEST_CASE("the contacts of a tool's spheres arrive with its pose and torque, and
     }
 }
 
+TEST_CASE("jaws arrive with their opening, and fit beside as many vertices as is said") {
+  const Patch sent = seeds::jaws_patch(5, 6, 8, 4, 3), got = round_trip(sent);
+  CHECK(got.opening == sent.opening);
+  CHECK(got.sphere == sent.sphere);
+  for (std::size_t j = 0; j < 3; ++j) CHECK(got.others.of[j].sphere == sent.others.of[j].sphere);
+  for (int own = 0; own <= kMaxOtherContacts; ++own)
+    for (int r = 1; r <= kMaxModes; ++r) {
+      const int vertices = max_port_vertices(r, kMaxPortTriangles, false, 0, {own, true, 0, true});
+      if (vertices < 3) continue;
+      const int triangles = std::min(kMaxPortTriangles, most_triangles(vertices));
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{seeds::jaws_patch(r, vertices, triangles, own, own)})).empty());
+    }
+  Patch wrong = sent;
+  wrong.opening = 1.5;
+  CHECK(check(wrong) == PatchFault::out_of_range);
+  wrong = sent;
+  wrong.sphere.swing_rad = -1.2;
+  CHECK(check(wrong) == PatchFault::out_of_range);
+}
+
 TEST_CASE("a tool's body that none can be is refused") {
   const Patch right = seeds::body_patch(5, 6, 8, 4, 3);
   REQUIRE(check(right) == PatchFault::none);

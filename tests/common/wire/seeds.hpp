@@ -220,6 +220,20 @@ inline Patch body_patch(int r, int vertices, int triangles, int others, int own)
   return patch;
 }
 
+/// The same with jaws, open by a third.
+inline Patch jaws_patch(int r, int vertices, int triangles, int others, int own) {
+  Patch patch = body_patch(r, vertices, triangles, others, own);
+  patch.opening = 21845 / 65535.0;
+  patch.sphere.hinge_m = 5000 * kToolStepM;
+  patch.sphere.swing_rad = 8000 * kSwingStepRad;
+  for (int j = 0; j + 1 < own; ++j) {
+    ToolSphere& sphere = patch.others.of[static_cast<std::size_t>(j)].sphere;
+    sphere.hinge_m = 5000 * kToolStepM;
+    sphere.swing_rad = (j % 2 == 0 ? -8000 : 8000) * kSwingStepRad;
+  }
+  return patch;
+}
+
 /// A needle of `layers` layers, 13 mm deep where the cut is 17 mm deep.
 inline Patch needle_patch(int r, int vertices, int triangles, int layers) {
   Patch patch = body_patch(r, vertices, triangles, 0, 0);
@@ -251,9 +265,12 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
   all.push_back(message(PatchMessage{body_patch(4, 6, 8, 3, 2)}));
+  all.push_back(message(PatchMessage{jaws_patch(4, 6, 8, 3, 2)}));
   all.push_back(message(PatchMessage{needle_patch(4, 6, 8, 3)}));
   Welcome tools{"w", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0};
   tools.turns = true;
+  all.push_back(message(tools));
+  tools.jaws = true;
   all.push_back(message(tools));
   all.push_back(message(PatchMessage{shared_patch(7, 8, 9, 2)}));
   Patch constant = common_patch(ContactKind::touch);
@@ -277,6 +294,8 @@ inline std::vector<Message> every_kind() {
   held.buttons = {{Micros{8'000'000'000}, 1}, {Micros{9'000'001'234}, 0xffffffffu}};
   all.push_back(message(held));
   for (ToolSample& sample : held.samples) sample.orientation = Eigen::Quaterniond(0.1, 0.5, -0.1, -0.7).normalized();
+  all.push_back(message(held));
+  for (std::size_t i = 0; i < held.samples.size(); ++i) held.samples[i].opening = 0.2 * static_cast<double>(i);
   all.push_back(message(held));
   held = samples(0);
   held.buttons = {{Micros{-5}, 2}};
@@ -313,13 +332,16 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(room));
   room.tool = {{kToolStepM * Vec3(1, -2, 3), 4 * kToolStepM}, {Vec3::Zero(), 32000 * kToolStepM}};
   all.push_back(message(room));
+  room.tool[1].hinge_m = 3000 * kToolStepM;
+  room.tool[1].swing_rad = -4000 * kSwingStepRad;
+  all.push_back(message(room));
   all.push_back(
       message(Tools{17,
                     Micros{99},
                     3,
                     {{"left hand", Vec3(0.01, 0.02, 0.03), Vec3(1, 2, 3.3), true}, {"r", Vec3(1, 1, 1), Vec3::Zero(), false}}}));
   Tools turned{18, Micros{99}, 1, {{"pen", Vec3(1, 1, 1), Vec3::Zero(), true, Eigen::Quaterniond(0, 1, 0, 0), 3}}};
-  turned.tools.push_back({"buttons", Vec3::Zero(), Vec3::Zero(), false, {}, 1, "pen"});
+  turned.tools.push_back({"buttons", Vec3::Zero(), Vec3::Zero(), false, {}, 1, "pen", 0.25});
   all.push_back(message(turned));
   all.push_back(message(Task{"Find it", FindTask{Vec3(0.01, -0.02, 0.03), Vec3(0.01, -0.02, 0.05), 0.009, 0.012}}));
   all.push_back(message(Task{"Hold", PressTask{0.5, 1.25, 3}}));

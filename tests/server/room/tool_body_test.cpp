@@ -35,7 +35,7 @@ class Handled {
     hand.scheme = scheme;
     hand.horizon = Micros{100'000};
     for (Micros t = now + Micros{1000}; t <= job.target + Micros{1000}; t += Micros{1000})
-      hand.samples.push_back({t, tool(t).position, tool(t).turn});
+      hand.samples.push_back({t, tool(t).position, tool(t).turn, tool(t).opening});
     job.stations.push_back(hand);
     now = job.target;
     return room_->run(job);
@@ -206,4 +206,78 @@ TEST_CASE("Samples that come late lead the tool's rotation back without a step")
   track.add(late, body);
   CHECK(track.turning(body).turn.angularDistance(before) < 1e-9);
   CHECK(track.turning(body + ToolTrack::kLeadBack).turn.angularDistance(about(Vec3::UnitX(), -0.02)) < 1e-9);
+}
+
+TEST_CASE("Jaws open evenly between samples, come to rest after them within their range, and late samples lead them back") {
+  ToolTrack track;
+  track.add(std::vector<ToolSample>{{Micros{0}, Vec3::Zero(), about(Vec3::UnitZ(), 0.3), 0.2},
+                                    {Micros{100'000}, Vec3::Zero(), about(Vec3::UnitZ(), 0.3), 0.6}});
+  const ToolSphere tip{Vec3(0.004, 0, 0.002), 0.002, 0.04, 0.5};
+  const TurningTool middle = track.turning(Micros{25'000});
+  CHECK(middle.opening == Approx(0.3));
+  CHECK(middle.opens_1_s == Approx(4));
+  const double step_s = 1e-3;
+  const auto place = [&](double t_s) { return track.turning(from_seconds(t_s)).centre_of(tip).position; };
+  const Vec3 velocity = (place(0.025 + step_s) - place(0.025 - step_s)) / (2 * step_s);
+  CHECK((middle.centre_of(tip).velocity - velocity).norm() < 1e-4 * velocity.norm());
+  const TurningTool end = track.turning(Micros{900'000});
+  CHECK(end.opens_1_s == 0);
+  CHECK(end.opening == Approx(0.6 + 4 * kDeadReckoningS / 2));
+  const Micros body{150'000};
+  const double before = track.turning(body).opening;
+  track.add(std::vector<ToolSample>{{Micros{110'000}, Vec3::Zero(), about(Vec3::UnitZ(), 0.3), 0.1},
+                                    {Micros{500'000}, Vec3::Zero(), about(Vec3::UnitZ(), 0.3), 0.1}},
+            body);
+  CHECK(track.turning(body).opening == Approx(before));
+  CHECK(track.turning(body + ToolTrack::kLeadBack).opening == Approx(track.on_path(body + ToolTrack::kLeadBack).opening));
+  ToolTrack wild;
+  for (int k = 0; k < 200; ++k) wild.add(std::vector<ToolSample>{{Micros{1000 * k}, Vec3::Zero(), {}, k % 2 == 0 ? 0.0 : 1.0}});
+  for (Micros t{1}; t < Micros{400'000}; t += Micros{777}) {
+    CHECK(std::abs(wild.turning(t).opens_1_s) <= ToolTrack::kFastestOpening1S * (1 + 1e-9));
+    CHECK((wild.turning(t).opening >= 0 && wild.turning(t).opening <= 1));
+  }
+}
+
+TEST_CASE("A player whose jaws pinch a block's edge from both sides feels what the body does, the grip included") {
+  const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
+  // Closed, the faces are 50 mm apart, on a block of 60 mm.
+  ToolShape shape;
+  for (const double side : {1.0, -1.0})
+    for (const double y : {-0.008, 0.008}) shape.push_back({Vec3(side * 0.029, y, 0.004), 0.004, 0.2, side * 0.1});
+  Handled body(shape);
+  const Micros begin = body.now;
+  const auto pose = [&](Micros t) {
+    const double s = seconds(t - begin);
+    return ToolPose(Vec3(0.03, 0.03, 0.042 + 0.002 * std::max(0.0, s - 1)), Rotation::Identity(),
+                    std::max(0.1, 0.6 - 0.5 * s / 0.5));
+  };
+  std::optional<PatchPlayer> player;
+  double error = 0, peak = 0, grip_error = 0, grip_peak = 0;
+  int contacts_most = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    const FrameResult result = body.frame(pose, scheme);
+    const StationFrame& felt = result.stations.front();
+    if (player) {
+      for (Micros t = player->time() + kTick; t <= result.stamp; t += kTick)
+        player->advance({t, pose(t).position, pose(t).turn, pose(t).opening});
+    }
+    const std::optional<double> played = player ? std::optional(player->output().grip) : std::nullopt;
+    if (player && frame > 15) error = std::max(error, (player->output().force - felt.force).norm());
+    peak = std::max(peak, felt.force.norm());
+    player.reset();
+    if (!felt.patch) continue;
+    REQUIRE(check(*felt.patch) == PatchFault::none);
+    CHECK(felt.patch->opening == Approx(pose(result.stamp).opening).margin(1e-9));
+    contacts_most = std::max(contacts_most, 1 + felt.patch->others.own);
+    player.emplace(*felt.patch, felt.terms);
+    CHECK((player->output().force - felt.force).norm() < 1e-9);
+    const Micros next = result.stamp + kTick;  // the first step finds the grip of the patch's own contacts
+    const double grip = PatchPlayer(*player).advance({next, pose(next).position, pose(next).turn, pose(next).opening}).grip;
+    grip_peak = std::max(grip_peak, grip);
+    if (played && frame > 15) grip_error = std::max(grip_error, std::abs(*played - grip));
+  }
+  CHECK(contacts_most == 4);
+  REQUIRE(grip_peak > 0.02);
+  CHECK(grip_error < 0.15 * grip_peak);
+  CHECK(error < 0.15 * peak);
 }

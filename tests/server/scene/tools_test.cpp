@@ -58,6 +58,42 @@ TEST_CASE("A capsule is spheres in a row, one for each two radii of its length a
   CHECK(with_tool(R"({"mu": 0.1})").tool.shape.empty());
 }
 
+TEST_CASE("Spheres and capsules of a jaw turn about the hinge by half the angle, and come back from the scene's own text") {
+  const std::string body = R"({"body": {"jaws": {"hinge_z_m": 0.03, "open_deg": 50},
+      "spheres": [{"center_m": [0.004, 0, 0.004], "radius_m": 0.003, "jaw": 1}, {"center_m": [0, 0, 0.04], "radius_m": 0.003}],
+      "capsules": [{"from_m": [-0.004, 0, 0.004], "to_m": [-0.004, 0, 0.016], "radius_m": 0.003, "spheres": 2, "jaw": -1}]}})";
+  const ToolShape shape = with_tool(body).tool.shape;
+  REQUIRE(shape.size() == 4);
+  CHECK(shape[0].swing_rad == Approx(25 * M_PI / 180).margin(kSwingStepRad));
+  CHECK_FALSE(shape[1].on_jaw());
+  for (const std::size_t k : {2u, 3u}) CHECK(shape[k].swing_rad == -shape[0].swing_rad);
+  CHECK(shape[0].hinge_m == Approx(0.03).margin(kToolStepM));
+  const std::string text =
+      R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "fixed_faces": ["z-"], "solid": {"material": "liver"}}}, "tool": )" +
+      body + "}";
+  const Folder folder;
+  const std::filesystem::path file = folder.write("jaws.json", text);
+  CHECK(load_scene(folder.write("again.json", print_scene(file))).tool.shape == shape);
+}
+
+TEST_CASE("Jaws that cannot be are refused") {
+  CHECK_THAT(refusal(R"({"body": {"spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01, "jaw": 1}]}})"), Contains("has no jaws"));
+  CHECK_THAT(
+      refusal(
+          R"({"body": {"jaws": {"hinge_z_m": 0.03, "open_deg": 50}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01}]}})"),
+      Contains("no sphere is on a jaw"));
+  CHECK_THAT(refusal(R"({"body": {"jaws": {"open_deg": 50}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01, "jaw": 1}]}})"),
+             Contains("hinge_z_m"));
+  CHECK_THAT(
+      refusal(
+          R"({"body": {"jaws": {"hinge_z_m": 0.03, "open_deg": 150}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01, "jaw": 1}]}})"),
+      Contains("1 to 120"));
+  CHECK_THAT(
+      refusal(
+          R"({"body": {"jaws": {"hinge_z_m": 0.03, "open_deg": 50}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01, "jaw": 2}]}})"),
+      Contains("-1 to 1"));
+}
+
 TEST_CASE("A tool that cannot be is refused with what was expected") {
   CHECK_THAT(refusal(R"({"named": "scalpel"})"), Contains("tool.named") && Contains("shaft"));
   CHECK_THAT(refusal(R"({"body": {}})"), Contains("has no spheres"));

@@ -217,6 +217,7 @@ size_t force_hid_input_report(force_hid_core* core, uint8_t report[FORCE_HID_INP
   at = put(at, core->status, 2);
   at = put(at, (uint32_t)core->state, 1);
   at = put(at, core->taken_sequence, 2);
+  at = put(at, core->sensors.opening, 2);
   return (size_t)(at - report);
 }
 

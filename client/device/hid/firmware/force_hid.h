@@ -44,6 +44,7 @@ enum {
   FORCE_HID_STATUS = 0x1A,         // FORCE_HID_STATUS_...
   FORCE_HID_STATE = 0x1B,          // force_hid_state
   FORCE_HID_TAKEN = 0x1C,          // sequence of the newest accepted output report
+  FORCE_HID_OPENING = 0x1D,        // of a gripper, 0 closed to 65535 wide open; optional
   // output
   FORCE_HID_COMMAND = 0x20,   // counter of output reports, wraps
   FORCE_HID_FLAGS = 0x21,     // FORCE_HID_FLAG_...
@@ -79,10 +80,10 @@ enum {
   FORCE_HID_INPUT_ID = 1,
   FORCE_HID_OUTPUT_ID = 2,
   FORCE_HID_FEATURE_ID = 3,
-  FORCE_HID_INPUT_BYTES = 34,
+  FORCE_HID_INPUT_BYTES = 36,
   FORCE_HID_OUTPUT_BYTES = 28,
   FORCE_HID_FEATURE_BYTES = 75,
-  FORCE_HID_DESCRIPTOR_BYTES = 402
+  FORCE_HID_DESCRIPTOR_BYTES = 404
 };
 
 enum { FORCE_HID_PEAK_MAX_MN = 100000, FORCE_HID_TORQUE_MAX_UNM = 10000000, FORCE_HID_WATCHDOG_MAX_MS = 100 };
@@ -115,7 +116,7 @@ enum {
   FORCE_HID_STATUS_RAMPING = 1024
 };
 
-enum { FORCE_HID_FEATURE_ORIENTATION = 1, FORCE_HID_FEATURE_TORQUE = 2 };
+enum { FORCE_HID_FEATURE_ORIENTATION = 1, FORCE_HID_FEATURE_TORQUE = 2, FORCE_HID_FEATURE_OPENING = 4 };
 
 extern const uint8_t force_hid_descriptor[FORCE_HID_DESCRIPTOR_BYTES];
 
@@ -151,6 +152,7 @@ typedef struct {
   int32_t position_nm[3];
   int16_t orientation[4];  // x, y, z, w times 32767; all 0 without an orientation
   uint16_t buttons;
+  uint16_t opening;  // 0 closed to 65535 wide open; 0 without a gripper
 } force_hid_sensors;
 
 typedef struct {

@@ -215,16 +215,16 @@ TEST_CASE("Whatever bytes come in whatever order, the force is within the peak, 
 
 TEST_CASE("The input report is the one of the profile's page, byte by byte", "[hid]") {
   BenchDevice device;
-  device.sensors = {true, 0, {1, -1, 0x01020304}, {0, 0, -32767, 0x1234}, 0x0005};
+  device.sensors = {true, 0, {1, -1, 0x01020304}, {0, 0, -32767, 0x1234}, 0x0005, 0x0605};
   device.now_us = 0x0A0B0C0D - 1000;
   device.core.input_sequence = 0x0201;
   device.core.taken_sequence = 0x0403;
   device.step();
   std::array<std::uint8_t, FORCE_HID_INPUT_BYTES> report{};
   CHECK(force_hid_input_report(&device.core, report.data()) == report.size());
-  const std::array<std::uint8_t, FORCE_HID_INPUT_BYTES> expected{1,    0x01, 0x02, 0x0D, 0x0C, 0x0B, 0x0A, 1, 0,    0,   0, 0xFF,
-                                                                 0xFF, 0xFF, 0xFF, 4,    3,    2,    1,    0, 0,    0,   0, 0x01,
-                                                                 0x80, 0x34, 0x12, 5,    0,    0,    0,    1, 0x03, 0x04};
+  const std::array<std::uint8_t, FORCE_HID_INPUT_BYTES> expected{
+      1, 0x01, 0x02, 0x0D, 0x0C, 0x0B, 0x0A, 1,    0,    0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 4,    3,    2,
+      1, 0,    0,    0,    0,    0x01, 0x80, 0x34, 0x12, 5, 0, 0,    0,    1,    0x03, 0x04, 0x05, 0x06};
   CHECK(report == expected);
   force_hid_input_report(&device.core, report.data());
   CHECK(report[1] == 2);

@@ -114,13 +114,25 @@ TEST_CASE("A descriptor of other units, or without a field, is refused", "[hid]"
 
 TEST_CASE("What encoders and buttons say is read to the nanometre", "[hid]") {
   Bench bench;
-  bench.device.sensors = {true, 0, {12'345'678, -1, 99'999'999}, {0, 0, 23170, 23170}, 3};
+  bench.device.sensors = {true, 0, {12'345'678, -1, 99'999'999}, {0, 0, 23170, 23170}, 3, 0};
   bench.device.step();
   const DeviceReading reading = bench.read();
   CHECK(reading.ok());
   CHECK((reading.position - Vec3(0.012345678, -1e-9, 0.099999999)).norm() < 1e-15);
   CHECK(reading.buttons == 3);
   CHECK(reading.orientation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()))) < 1e-4);
+}
+
+TEST_CASE("A gripper's opening is read as a share, if the device says that it has one", "[hid]") {
+  force_hid_limits limits = bench_limits();
+  for (const bool has : {false, true}) {
+    limits.features = static_cast<std::uint8_t>(FORCE_HID_FEATURE_ORIENTATION | (has ? FORCE_HID_FEATURE_OPENING : 0));
+    Bench bench(limits);
+    CHECK(bench.caps.has_opening == has);
+    bench.device.sensors.opening = 16384;
+    bench.device.step();
+    CHECK(bench.read().opening == Approx(16384 / 65535.0));
+  }
 }
 
 TEST_CASE("A device is armed within three ticks and then feels the force rounded to the millinewton", "[hid]") {

@@ -99,7 +99,7 @@ TEST_CASE("The page's example bytes are what the firmware sends and takes", "[hi
   const auto lines = matches(section("Example bytes"), "\\n    ([^\\n]+)");
   REQUIRE(lines.size() == 2);
   palpate::test::BenchDevice device(palpate::test::turning_limits());
-  device.sensors = {true, 0, {1, -1, 16'909'060}, {0, 0, -32767, 0x1234}, 0x0005};
+  device.sensors = {true, 0, {1, -1, 16'909'060}, {0, 0, -32767, 0x1234}, 0x0005, 0x8001};
   device.now_us = 0x0A0B0C0D - 1000;
   device.core.input_sequence = 0x0201;
   device.core.taken_sequence = 0x0403;

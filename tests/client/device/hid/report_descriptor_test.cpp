@@ -44,6 +44,7 @@ TEST_CASE("The profile's descriptor gives each usage one field, at the byte that
                              {HidReportKind::input, FORCE_HID_STATUS, 29, 16},
                              {HidReportKind::input, FORCE_HID_STATE, 31, 8},
                              {HidReportKind::input, FORCE_HID_TAKEN, 32, 16},
+                             {HidReportKind::input, FORCE_HID_OPENING, 34, 16},
                              {HidReportKind::output, FORCE_HID_FLAGS, 3, 8},
                              {HidReportKind::output, FORCE_HID_FORCE_X + 2, 12, 32},
                              {HidReportKind::feature, FORCE_HID_PEAK, 11, 32},

@@ -50,6 +50,7 @@ void StandinArm::begin(const Motion& intention, const SimPhantomOptions& hand) {
   const std::lock_guard lock(mutex_);
   phantom_.emplace(intention, hand);
   reading_ = phantom_->position();
+  opening_ = 0;
   command_ = {};
   log_.clear();
   breaches_.clear();
@@ -141,7 +142,9 @@ void StandinArm::millisecond() {
   {
     const std::lock_guard lock(mutex_);
     if (ticks_ == fault_tick_) fault_ = fault_to_come_;
-    reading_ = phantom_->read(Micros{1'000 * ticks_++}).position;
+    const DeviceReading reading = phantom_->read(Micros{1'000 * ticks_++});
+    reading_ = reading.position;
+    opening_ = reading.opening;
   }
   if (fault_ == StandinFault::other_thread) {
     std::thread([this] {
@@ -202,6 +205,16 @@ bool StandinArm::turns() const {
 Rotation StandinArm::turn_of_tool() const {
   const std::lock_guard lock(mutex_);
   return phantom_->turn();
+}
+
+double StandinArm::opening() const {
+  const std::lock_guard lock(mutex_);
+  return opening_;
+}
+
+bool StandinArm::has_gripper() const {
+  const std::lock_guard lock(mutex_);
+  return phantom_->caps().has_opening;
 }
 
 void StandinArm::command(const Wrench& wrench) {

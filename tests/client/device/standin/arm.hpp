@@ -42,6 +42,9 @@ class StandinArm : public Standin {
   Vec3 position() const;
   bool turns() const;  ///< true: it has motors for rotation
   Rotation turn_of_tool() const;
+  /// Opening of its gripper, which it has if its hand's motion has openings.
+  double opening() const;
+  bool has_gripper() const;
   /// Sets the rendered wrench, unless a fault suppresses it [W].
   void command(const Wrench& wrench);
   void breach(const std::string& what);
@@ -56,6 +59,7 @@ class StandinArm : public Standin {
   std::condition_variable changed_;
   std::optional<SimPhantom> phantom_;
   Vec3 reading_ = Vec3::Zero();
+  double opening_ = 0;
   Wrench command_;
   std::vector<StandinTick> log_;
   std::vector<std::string> breaches_;

@@ -118,6 +118,12 @@ class StandinDhd final : public palpate::StandinArm {
     return 0;
   }
   bool active_wrist() const { return turns(); }
+  bool gripper() const { return has_gripper(); }
+  int gap(double* metres, char id) {
+    if (const int bad = unusable(id)) return bad;
+    *metres = 0.025 * opening();
+    return 0;
+  }
   bool in_use() const override { return open_; }
   bool homed() const { return calibrated(); }
   unsigned int pressed() const { return buttons(); }
@@ -163,6 +169,8 @@ DHD_API int dhdGetSerialNumber(unsigned short* number, char) {
 DHD_API int dhdGetPosition(double* x, double* y, double* z, char id) { return dhd().position(x, y, z, id); }
 DHD_API int dhdGetOrientationFrame(double m[3][3], char id) { return dhd().orientation(m, id); }
 DHD_API bool dhdHasActiveWrist(char) { return dhd().active_wrist(); }
+DHD_API bool dhdHasGripper(char) { return dhd().gripper(); }
+DHD_API int dhdGetGripperGap(double* metres, char id) { return dhd().gap(metres, id); }
 DHD_API int dhdSetMaxTorque(double, char) { return 0; }
 DHD_API unsigned int dhdGetButtonMask(char) { return dhd().pressed(); }
 DHD_API int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double tx, double ty, double tz, double, char id) {
