@@ -45,7 +45,8 @@ struct Reduced {
 
 /// A load of all contacts of a tool with a body, as of one that moves without deforming: along an axis, the mean of B_j e_i, or
 /// about one through the middle of the contacts, the mean of B_j (e_i x r_j) / L_i, with L_i the root mean square of |e_i x r_j|;
-/// and P^-1 of it. Its work per unit is the mean displacement of the contacts along it, `most_m` at most as a hand turns it.
+/// or, for `hyper`, of jaws that close, along the inward normals of their contacts; and P^-1 of it. Its work per unit is the mean
+/// displacement of the contacts along it, `most_m` at most as a hand turns it.
 struct ToolLoad {
   Vector load, response;
   double most_m = 0;

@@ -28,36 +28,52 @@ Matrix prescribed_motion(const LinearPort& model) {
 std::vector<ToolLoad> wrenches(const LinearPort& model) {
   std::vector<ToolLoad> all;
   if (model.others.own == 0 && model.others.shaft.empty()) return all;
-  const auto place = [&](const ToolPort& port) {
-    return position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
+  struct At {
+    const Port* port;
+    std::size_t tool;
+    Vec3 place = Vec3::Zero();
   };
-  std::vector<std::pair<const Port*, Vec3>> contacts{{&model.port(), place(model.tool_port())}};
+  std::vector<At> contacts{{&model.port(), model.which}};
   for (const OtherTools::Contact& own : std::span(model.others.contacts).first(model.others.own))
-    contacts.emplace_back(own.port, place(model.frame.ports()[own.tool]));
-  for (const OtherTools::Contact& own : model.others.shaft) contacts.emplace_back(own.port, place(model.frame.ports()[own.tool]));
+    contacts.push_back({own.port, own.tool});
+  for (const OtherTools::Contact& own : model.others.shaft) contacts.push_back({own.port, own.tool});
   const auto count = static_cast<double>(contacts.size());
   Vec3 middle = Vec3::Zero();
-  for (const auto& [port, at] : contacts) middle += at / count;
-  constexpr double kTurnedRad = 0.2, kLongestM = 1;  // of an instrument within the life of a patch; more than any hand goes
-  constexpr double kLeastLeverM = 0.001;             // less: the contacts are on the axis
-  for (const bool about : {false, true})
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const auto way = [&](const Vec3& at) { return about ? Vec3(Vec3::Unit(axis).cross(at - middle)) : Vec3(Vec3::Unit(axis)); };
-      double lever2 = 0;
-      for (const auto& [port, at] : contacts) lever2 += way(at).squaredNorm() / count;
-      const double lever = std::sqrt(lever2);
-      if (about && lever < kLeastLeverM) continue;
-      const auto n = model.at.masses().size();
-      ToolLoad& wrench = all.emplace_back(Vector::Zero(n), Vector::Zero(n), about ? kTurnedRad * lever : kLongestM);
-      for (const auto& [port, at] : contacts)
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double share = way(at)[static_cast<Eigen::Index>(k)] / (lever * count);
-          wrench.load += share * port->input[k];
-          wrench.response += share * port->response[k];
-        }
-    }
+  for (At& contact : contacts) {
+    const ToolPort& port = model.frame.ports()[contact.tool];
+    contact.place = position_of(model.frame.skin(), port, weights_of(model.frame.skin(), port), model.frame.state().x);
+    middle += contact.place / count;
+  }
+  constexpr double kLongestM = 1, kTurnedRad = 0.2, kClosedM = 0.01;  // more than any hand goes; within the life of a patch
+  constexpr double kLeastLeverM = 0.001;                              // less: the contacts are on the axis
+  const auto n = model.at.masses().size();
+  // Adds the load by which each contact goes its way; `most`: of the root mean square of the ways.
+  const auto add = [&](const auto& way, const auto& most) {
+    double lever2 = 0;
+    for (const At& contact : contacts) lever2 += way(contact).squaredNorm() / count;
+    const double lever = std::sqrt(lever2);
+    if (lever < kLeastLeverM) return;
+    ToolLoad& load = all.emplace_back(Vector::Zero(n), Vector::Zero(n), most(lever));
+    for (const At& contact : contacts)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double share = way(contact)[static_cast<Eigen::Index>(k)] / (lever * count);
+        load.load += share * contact.port->input[k];
+        load.response += share * contact.port->response[k];
+      }
+  };
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    add([&](const At&) { return Vec3(Vec3::Unit(axis)); }, [](double) { return kLongestM; });
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    add([&](const At& contact) { return Vec3(Vec3::Unit(axis).cross(contact.place - middle)); },
+        [](double lever) { return kTurnedRad * lever; });
+  if (model.hyper() && model.frame.has_jaws(model.which)) {
+    const auto closes = [&](const At& contact) {
+      const bool on_jaw = model.frame.ports()[contact.tool].sphere.on_jaw();
+      return on_jaw ? Vec3(-model.frame.normal(contact.tool)) : Vec3(Vec3::Zero());
+    };
+    add(closes, [](double) { return kClosedM; });
+  }
   for (const OtherTools::Contact& own : model.others.shaft) {
-    const auto n = model.at.masses().size();
     ToolLoad& push = all.emplace_back(Vector::Zero(n), Vector::Zero(n), kLongestM);
     for (std::size_t k = 0; k < 3; ++k) {
       const double share = model.frame.tool(own.tool).axis[static_cast<Eigen::Index>(k)];
