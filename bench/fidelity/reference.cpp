@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "server/body/settle.hpp"
+#include "server/room/live_cuts.hpp"
 #include "server/room/tool_coupling.hpp"
 #include "server/room/tool_track.hpp"
 
@@ -42,10 +43,13 @@ struct ReferenceModel::State {
       : scene(s),
         skin(scene.body, scene.tool.radius_m),
         tissue(scene.tool.needle ? std::make_unique<NeedleTissue>(scene, skin) : nullptr),
-        dynamics(scene.body),
-        integrator(dynamics, skin, exact_options(scene.body)),
-        body(settled_state(dynamics, s.name)),
-        rest(body) {}
+        dynamics(std::in_place, scene.body),
+        integrator(std::in_place, *dynamics, skin, exact_options(scene.body)),
+        body(settled_state(*dynamics, s.name)),
+        rest(body) {
+    if (scene.tool.needle && scene.tool.needle->is_blade)
+      cuts.emplace(BodyInParts{&scene, &skin, &tissue, &dynamics, &body, &rest, &ports});
+  }
 
   ToolAt tool_at(const ToolPort& port, double t_s) const {
     return moved_by(tracks[port.tool].turning(from_seconds(t_s)).centre_of(port.sphere), grasps[port.tool], from_seconds(t_s));
@@ -76,13 +80,14 @@ struct ReferenceModel::State {
   Scene scene;
   Skin skin;
   std::unique_ptr<NeedleTissue> tissue;
-  Dynamics dynamics;
-  Integrator integrator;
+  std::optional<Dynamics> dynamics;
+  std::optional<Integrator> integrator;
   BodyState body, rest;
   std::vector<ToolTrack> tracks;
   std::vector<FadingVector> grasps;
   std::vector<std::optional<ReleaseFade>> fade;
   std::vector<ToolPort> ports;
+  std::optional<LiveCuts> cuts;
   std::int64_t ticks = 0;
 };
 
@@ -113,12 +118,14 @@ void ReferenceModel::tick(std::span<const Vec3> tools, std::span<const Rotation>
   for (std::size_t k = 0; k < tools.size(); ++k)
     if (s.fade[k] && s.fade[k]->over(now, s.scene.tool, s.skin, s.body.x, s.tracks[k].turning(now))) s.take_up(k, now);
   const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.ports[port], t_s); };
-  if (!s.integrator.advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
+  if (!s.integrator->advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
     throw std::runtime_error("the reference did not converge " + std::to_string(s.ticks) + " ms into the motion");
+  if (s.cuts && s.cuts->cut_on()) s.integrator.emplace(*s.dynamics, s.skin, exact_options(s.scene.body));
   ++s.ticks;
 }
 
 void ReferenceModel::continue_from(const ReferenceModel& at) {
+  if (at.state_->cuts) throw std::runtime_error("a reference that a blade cuts cannot be continued from another");
   State& to = *state_;
   const State& from = *at.state_;
   to.body = from.body;
@@ -134,6 +141,7 @@ void ReferenceModel::reset() {
   State& s = *state_;
   const Micros now{1000 * s.ticks};
   for (std::size_t k = 0; k < s.tracks.size(); ++k) s.fade[k] = ReleaseFade(now, Wrench(force(k), torque(k)));
+  if (s.cuts && s.cuts->make_whole()) s.integrator.emplace(*s.dynamics, s.skin, exact_options(s.scene.body));
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.ports.clear();

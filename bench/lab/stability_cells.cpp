@@ -36,7 +36,7 @@ Scene scene_of(StabilityCube cube, const StabilityPoint& point) {
   if (point.contact == ContactKind::touch) scene.tool.radius_m = kTipRadiusM;
   if (needle) {
     scene.body.tissue = {{.toughness_j_m2 = 164, .puncture_n = 0.6, .friction_n_m = 10}};  // scenes/needles/liver.json
-    scene.tool.needle = NeedleSpec{.length_m = 0.045, .diameter_m = 0.00127};
+    scene.tool.needle = NeedleSpec{.length_m = 0.045, .width_m = 0.00127};
   } else if (!point.tool.empty()) {
     scene.tool.shape = find_tool(point.tool)->shape;
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/wire/mesh_change.hpp"
+
 namespace palpate {
 namespace {
 
@@ -31,7 +33,27 @@ void MeshAssembly::expect(std::uint32_t vertices, std::uint32_t triangles, std::
   count_ = 0;
   pieces_.clear();
   mesh_ = {};
+  scene_pieces_ = applied_ = wanted_ = 0;
   complete_ = triangles == 0;
+}
+
+bool MeshAssembly::want(std::uint32_t pieces) {
+  const bool more = pieces > wanted_;
+  wanted_ = std::max(wanted_, pieces);
+  return more;
+}
+
+void MeshAssembly::take_change(const MeshPiece& piece) {
+  if (piece.mesh_hash != hash_ || piece.piece < applied_ || piece.piece >= wanted_) return;
+  pieces_[piece.piece] = piece;
+  if (pieces_.size() < wanted_ - applied_) return;
+  for (const auto& [number, change] : pieces_) {
+    if (apply(change, mesh_)) continue;
+    ++rejected_;
+    return expect(vertices_, triangles_, hash_);
+  }
+  applied_ = wanted_;
+  pieces_.clear();
 }
 
 bool MeshAssembly::fits(const MeshPiece& piece) const {
@@ -45,7 +67,7 @@ bool MeshAssembly::fits(const MeshPiece& piece) const {
 }
 
 void MeshAssembly::take(const MeshPiece& piece) {
-  if (complete_) return;
+  if (complete_) return take_change(piece);
   if (!fits(piece)) {
     ++rejected_;
     return;
@@ -70,6 +92,7 @@ void MeshAssembly::finish() {
                 mesh_.triangles.begin() + (piece.triangles.empty() ? 0 : piece.first));
     }
     complete_ = mesh_hash(mesh_) == hash_;
+    scene_pieces_ = applied_ = count_;
   }
   pieces_.clear();
   count_ = 0;
@@ -79,10 +102,9 @@ void MeshAssembly::finish() {
 }
 
 std::vector<std::uint32_t> MeshAssembly::missing(std::size_t most) const {
-  if (complete_) return {};
-  if (count_ == 0) return {0};
+  if (!complete_ && count_ == 0) return {0};
   std::vector<std::uint32_t> numbers;
-  for (std::uint32_t i = 0; i < count_ && numbers.size() < most; ++i)
+  for (std::uint32_t i = applied_; i < (complete_ ? wanted_ : count_) && numbers.size() < most; ++i)
     if (!pieces_.contains(i)) numbers.push_back(i);
   return numbers;
 }

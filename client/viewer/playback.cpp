@@ -73,6 +73,15 @@ void Playback::add(Shape shape, Micros now) {
   if (shapes_.size() > kKept) shapes_.pop_front();
 }
 
+void Playback::extend(const std::vector<Eigen::Vector3f>& rest, const std::vector<std::uint32_t>& like) {
+  for (Shape& shape : shapes_)
+    for (std::size_t i = rest.size() - like.size(); i < rest.size(); ++i) {
+      const std::uint32_t same = like[i - (rest.size() - like.size())];
+      shape.positions.push_back(rest[i] + shape.positions[same] - rest[same]);
+      if (!shape.scalars.empty()) shape.scalars.push_back(shape.scalars[same]);
+    }
+}
+
 void Playback::add(const Tools& tools, Micros) {
   if (!tools_.empty()) {
     const Micros step = tools.body_time - tools_.back().body_time;

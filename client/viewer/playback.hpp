@@ -18,6 +18,8 @@ class Playback {
  public:
   void clear();
   void add(Shape shape, Micros now);
+  /// Adds vertices at the end of all shapes, as ShapeAssembly::extend(); `rest`: of all vertices.
+  void extend(const std::vector<Eigen::Vector3f>& rest, const std::vector<std::uint32_t>& like);
   void add(const Tools& tools, Micros now);
 
   bool empty() const { return shapes_.empty(); }

@@ -19,6 +19,22 @@ void ShapeAssembly::rest(const std::vector<MeshVertex>& vertices) {
   open_ = false;
 }
 
+void ShapeAssembly::extend(const std::vector<MeshVertex>& vertices, const std::vector<std::uint32_t>& like) {
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    rest_.push_back(vertices[i].rest.cast<float>());
+    positions_.push_back(rest_.back() + positions_[like[i]] - rest_[like[i]]);
+    for (auto& scalars : fields_) scalars.push_back(scalars[like[i]]);
+  }
+  for (auto& frames : block_frames_) frames.resize((rest_.size() + kBlockVertices - 1) / kBlockVertices, 0);
+}
+
+bool ShapeAssembly::fits(const ShapePiece& piece) const {
+  BlockReader reader(piece.blocks, components_of(piece.channel));
+  for (ShapeBlock block; reader.next(block);)
+    if (std::size_t{block.index} * kBlockVertices + block.vertices > rest_.size()) return false;
+  return true;
+}
+
 void ShapeAssembly::emit(std::vector<Shape>& finished) {
   open_ = false;
   ++(came_ + 1 == expected_ ? counts_.complete : counts_.healed);

@@ -31,6 +31,10 @@ class ShapeAssembly {
  public:
   /// Starts over with the body at rest, which a server assumes of a new viewer.
   void rest(const std::vector<MeshVertex>& vertices);
+  /// Adds vertices at the end, each displaced like another until its own values arrive.
+  void extend(const std::vector<MeshVertex>& vertices, const std::vector<std::uint32_t>& like);
+  /// Returns true if all blocks of the piece are of vertices that are known.
+  bool fits(const ShapePiece& piece) const;
   /// Selects the channel whose values go into shapes, position: none.
   void show(ShapeChannel channel) { shown_ = channel; }
 

@@ -27,7 +27,7 @@ void ViewCore::tick(Micros now) {
   if (advance(now) == Event::ended)
     while (!notes_.empty()) end_note(kSessionEnded);
   if (!joined()) return;
-  if (!mesh_.complete() && now >= next_mesh_) ask_for_mesh(now);
+  if (!mesh_.current() && now >= next_mesh_) ask_for_mesh(now);
   if (now >= next_state_) {
     state_due_ = true;
     next_state_ = Micros::max();
@@ -43,7 +43,7 @@ Micros ViewCore::deadline() const {
   if (!joined()) return at;
   Micros alive_at = std::min({at, next_beat_, next_state_});
   if (!notes_.empty()) alive_at = std::min(alive_at, next_note_);
-  return mesh_.complete() ? alive_at : std::min(alive_at, next_mesh_);
+  return mesh_.current() ? alive_at : std::min(alive_at, next_mesh_);
 }
 
 void ViewCore::show_channel(ShapeChannel channel) {
@@ -72,10 +72,11 @@ void ViewCore::take(std::span<const std::byte> bytes, Micros now) {
   }
   const auto* const piece = std::get_if<ShapePiece>(&message.body);
   // Without the mesh a shape is meaningless: it counts as lost, and its contents are sent again.
-  if (piece && !mesh_.complete()) return;
+  if (piece && (!mesh_.complete() || !shapes_.fits(*piece))) return;
   note(message.seq, now);
   if (piece) take_shape(*piece, now);
   const auto* const tools = std::get_if<Tools>(&message.body);
+  if (tools && mesh_.want(tools->mesh_pieces) && mesh_.complete()) next_mesh_ = now;
   if (!tools || !mesh_.complete()) return;
   take_shape(*tools, now);
   task_.take(*tools);
@@ -117,18 +118,39 @@ void ViewCore::note(std::uint32_t seq, Micros now) {
 
 void ViewCore::take_mesh(const MeshPiece& piece, Micros now) {
   const bool had = mesh_.complete();
+  const std::uint32_t changes = mesh_.changes();
   mesh_.take(piece);
   if (asked_ > 0 && --asked_ == 0) next_mesh_ = now;
+  if (had && mesh_.complete() && mesh_.changes() != changes) take_mesh_change();
   if (had || !mesh_.complete()) return;
   shapes_.rest(mesh_.mesh().vertices);
   rest_.clear();
   for (const MeshVertex& vertex : mesh_.mesh().vertices) rest_.push_back(vertex.rest.cast<float>());
 }
 
+/// Takes up a mesh that was changed: a new vertex moves like the nearest old one until its own position arrives.
+void ViewCore::take_mesh_change() {
+  const std::vector<MeshVertex>& all = mesh_.mesh().vertices;
+  const std::size_t before = rest_.size();
+  std::vector<std::uint32_t> like;
+  for (std::size_t i = before; i < all.size(); ++i) {
+    rest_.push_back(all[i].rest.cast<float>());
+    const auto nearest = std::min_element(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(before),
+                                          [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+                                            return (a - rest_[i]).squaredNorm() < (b - rest_[i]).squaredNorm();
+                                          });
+    like.push_back(static_cast<std::uint32_t>(nearest - rest_.begin()));
+  }
+  shapes_.extend({all.begin() + static_cast<std::ptrdiff_t>(before), all.end()}, like);
+  playback_.extend(rest_, like);
+  ++mesh_version_;
+}
+
 /// `anew`: the session is new, and the server knows nothing of what arrived in the one before.
 void ViewCore::begin(bool anew, Micros now) {
   const Welcome& scene = welcome();
-  const bool other_mesh = counts().joins == 1 || !mesh_.expects(scene.vertices, scene.triangles, scene.mesh_hash);
+  const bool other_mesh =
+      counts().joins == 1 || !mesh_.expects(scene.vertices, scene.triangles, scene.mesh_hash) || (anew && mesh_.changes() > 0);
   if (other_mesh) {
     mesh_.expect(scene.vertices, scene.triangles, scene.mesh_hash);
     rest_.clear();

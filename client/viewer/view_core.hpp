@@ -2,7 +2,8 @@
 // next deadline. ClientSession joins and keeps the session.
 //
 // While joined, a viewer requests mesh pieces, each again after kMeshRetry, until all have arrived and the hash is right; then
-// shapes count. It sends a Beat every kBeatEvery, and a ViewState, which reports what arrived, kStateEvery after an arrival.
+// shapes count. Where a blade cuts the body, it requests the pieces that change the mesh in the same way. It sends a Beat every
+// kBeatEvery, and a ViewState, which reports what arrived, kStateEvery after an arrival.
 #pragma once
 
 #include <cstddef>
@@ -95,6 +96,7 @@ class ViewCore : public ClientSession {
   template <class Part>
   void take_shape(const Part& part, Micros now);
   void take_mesh(const MeshPiece& piece, Micros now);
+  void take_mesh_change();
   void note(std::uint32_t seq, Micros now);
   void ask_for_mesh(Micros now);
   std::size_t say_state(std::span<std::byte> out, Micros now);

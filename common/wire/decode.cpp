@@ -247,8 +247,15 @@ WireFault read_triangles(const flatbuffers::Vector<std::uint8_t>& bytes, std::ve
   return WireFault::none;
 }
 
+WireFault read_numbers(const flatbuffers::Vector<std::uint8_t>& bytes, std::vector<std::uint32_t>& numbers) {
+  if (bytes.size() % kRemovedBytes != 0 || bytes.size() > kMaxPieceRemoved * kRemovedBytes) return WireFault::malformed;
+  for (std::size_t at = 0; at < bytes.size(); at += kRemovedBytes) numbers.push_back(read_24(bytes, at));
+  return WireFault::none;
+}
+
 WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
-  if (!table.mesh_hash() || (table.vertices() && table.triangles())) return WireFault::malformed;
+  const int kinds = (table.vertices() != nullptr) + (table.triangles() != nullptr) + (table.removed() != nullptr);
+  if (!table.mesh_hash() || kinds > 1) return WireFault::malformed;
   MessageValidator sense;
   sense.that(table.piece() < table.pieces() && table.pieces() <= kMaxMeshVertices && table.first() <= 4 * kMaxMeshVertices);
   if (!sense.ok()) return sense.fault();
@@ -257,6 +264,7 @@ WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
   m.pieces = table.pieces();
   m.first = table.first();
   if (table.vertices()) return read_vertices(*table.vertices(), m.vertices);
+  if (table.removed()) return read_numbers(*table.removed(), m.removed);
   return table.triangles() ? read_triangles(*table.triangles(), m.triangles) : WireFault::none;
 }
 
@@ -334,7 +342,9 @@ WireFault read(const wire::Tools& table, Tools& m) {
   m.frame = table.frame();
   m.body_time = time_of(table.body_time());
   m.pieces = table.pieces();
+  m.mesh_pieces = table.mesh_pieces();
   sense.time(m.body_time);
+  sense.that(m.mesh_pieces <= kMaxMeshVertices);
   for (const wire::ToolView* tool : *table.tools()) {
     if (!tool->state()) return WireFault::malformed;
     sense.name(view_of(tool->station()), 1);

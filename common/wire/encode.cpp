@@ -116,7 +116,8 @@ class BodyWriter {
   }
   Offset<void> operator()(const MeshPiece& m) {
     packer_.require(m.vertices.size() <= kMaxPieceVertices && m.triangles.size() <= kMaxPieceTriangles);
-    packer_.require(m.vertices.empty() || m.triangles.empty());
+    packer_.require(m.removed.size() <= kMaxPieceRemoved);
+    packer_.require(!m.vertices.empty() + !m.triangles.empty() + !m.removed.empty() <= 1);
     if (!packer_.ok()) return {};
     LittleBytes bytes;
     for (const auto& vertex : m.vertices) {
@@ -128,12 +129,17 @@ class BodyWriter {
         packer_.require(index < kMaxMeshVertices);
         bytes.add_24(index);
       }
+    for (const auto number : m.removed) {
+      packer_.require(number < kMaxMeshVertices);
+      bytes.add_24(number);
+    }
     const auto items = builder_.CreateVector(bytes.data(), bytes.size());
     const auto hash = pack::Packer::wide(m.mesh_hash);
     const Offset<flatbuffers::Vector<std::uint8_t>> none;
+    const bool of_triangles = m.vertices.empty() && m.removed.empty();
     return done(wire::Payload::MeshPiece,
                 wire::CreateMeshPiece(builder_, &hash, m.piece, m.pieces, m.first, m.vertices.empty() ? none : items,
-                                      m.vertices.empty() ? items : none));
+                                      of_triangles ? items : none, m.removed.empty() ? none : items));
   }
   Offset<void> operator()(const ShapePiece& m) {
     packer_.require(m.blocks.size() <= kMaxPieceBytes);
@@ -162,7 +168,7 @@ class BodyWriter {
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);
-    return done(wire::Payload::Tools, wire::CreateTools(builder_, m.frame, &time, m.pieces, tools));
+    return done(wire::Payload::Tools, wire::CreateTools(builder_, m.frame, &time, m.pieces, tools, m.mesh_pieces));
   }
   Offset<void> operator()(const RoomView& m) {
     packer_.require(m.stations.size() <= std::size_t{kMaxStations});

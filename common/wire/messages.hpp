@@ -150,12 +150,14 @@ struct MeshRequest {
   std::uint32_t piece = 0;
 };
 
-/// Server -> viewer: one piece of the mesh, vertices or triangles [first, first + size).
+/// Server -> viewer: one piece of the mesh, vertices or triangles [first, first + size); or one that changes the mesh
+/// (mesh_change.hpp), where a blade has cut the body: vertices or triangles after those so far, or numbers of triangles that go.
 struct MeshPiece {
   std::uint64_t mesh_hash = 0;
   std::uint32_t piece = 0, pieces = 0, first = 0;
-  std::vector<MeshVertex> vertices;
-  std::vector<Triangle> triangles;
+  std::vector<MeshVertex> vertices = {};
+  std::vector<Triangle> triangles = {};
+  std::vector<std::uint32_t> removed = {};
 };
 
 /// Largest unit of a shape's numbers: for a stress of 25 GPa.
@@ -193,6 +195,7 @@ struct Tools {
   Micros body_time{};  ///< server's clock
   std::uint16_t pieces = 0;
   std::vector<ToolView> tools;
+  std::uint32_t mesh_pieces = 0;  ///< MeshPieces of the body's present mesh
 };
 
 /// Server -> viewer, occasionally: state of the room and its stations.

@@ -50,7 +50,8 @@ std::string touch_line(const Scene& scene, const SurfaceStiffness& finger) {
   const double contact_n_mm = 1e-3 * scene.tool.contact_stiffness_n_m;
   std::string tool =
       scene.tool.radius_m > 0 ? fmt::format("finger of {:.0f} mm radius", 1e3 * scene.tool.radius_m) : "pointed tool";
-  if (scene.tool.needle) tool = fmt::format("needle of {:.2g} mm that has not punctured", 1e3 * scene.tool.needle->diameter_m);
+  if (const auto& needle = scene.tool.needle)
+    tool = fmt::format("{} of {:.2g} mm that has not punctured", needle->is_blade ? "blade" : "needle", 1e3 * needle->width_m);
   return fmt::format("stiffness  {:.2f} N/mm under a {} {}, of body ({:.2f}) and contact ({:.2f})",
                      n_mm * contact_n_mm / (n_mm + contact_n_mm), tool, at, n_mm, contact_n_mm);
 }

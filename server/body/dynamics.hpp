@@ -33,10 +33,11 @@ class Dynamics {
 
   /// Computes F(x, v): element forces and gravity, without the relaxed stress.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
-  /// Computes all of F.
+  /// Computes all of F, and the traction across a fresh cut.
   void forces(const BodyState& state, Vector& f) const {
     forces(state.x, state.v, f);
     relaxation_.add_forces(state, f);
+    if (state.traction) f += state.traction->at(state.time_s);
   }
   /// Returns the force of the elements alone on one node: what a tool that holds it feels (without the node's own weight and
   /// inertia).

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "server/scene/grid.hpp"
+
 namespace palpate {
 namespace {
 
@@ -37,8 +39,7 @@ NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin)
       nodes_(own_nodes(scene.body)),
       skin_(&skin),
       radius_m_(std::max(scene.tool.radius_m, kLeastSpacings * mean_edge_m(scene.body))),
-      length_m_(scene.tool.needle->length_m),
-      diameter_m_(scene.tool.needle->diameter_m) {
+      needle_(*scene.tool.needle) {
   assert(!scene.body.tissue.empty());
 }
 
@@ -78,14 +79,15 @@ Vec3 NeedleTissue::rest_of(const Vec3& target, Vec3 guess, const Vector& x) cons
   return guess;
 }
 
-std::shared_ptr<const NeedlePath> NeedleTissue::path(const SurfacePoint& entry, const Vec3& way, const Vector& x) const {
+std::shared_ptr<const NeedlePath> NeedleTissue::path(const SurfacePoint& entry, const Vec3& way, const Vec3& edge,
+                                                     const Vector& x) const {
   auto path = std::make_shared<NeedlePath>();
   NeedlePath::Point& first = path->points.front();
   first.b = skin_->weights(entry);
-  std::array<Vec3, kNeedlePoints> rest;
+  std::array<Vec3, kNeedlePoints>& rest = path->rest;
   rest.front() = first.offset = position_at(skin_->view(), skin_->rest(), entry);
   for (const auto& [node, weight] : first.b) first.offset -= weight * body_->nodes[node];
-  const double spacing_m = length_m_ / (kNeedlePoints - 1);
+  const double spacing_m = needle_.length_m / (kNeedlePoints - 1);
   Vec3 at = first.position(x);
   Vec3 step = spacing_m * way;
   for (std::size_t j = 1; j < rest.size(); ++j) {
@@ -100,21 +102,50 @@ std::shared_ptr<const NeedlePath> NeedleTissue::path(const SurfacePoint& entry, 
     at = path->points[j].position(x);
   }
   path->layers = layers_along(rest);
+  if (needle_.is_blade) {
+    const Vec3 middle = path->points[1].position(x), half = 0.5 * needle_.width_m * edge;
+    const Vec3 along = rest_of(middle + half, rest[1], x) - rest_of(middle - half, rest[1], x);
+    path->edge = needle_.width_m * along.normalized();
+  }
   return path;
+}
+
+std::shared_ptr<const NeedlePath> NeedleTissue::carried_over(const NeedlePath& path, std::span<const std::uint32_t> now) const {
+  auto carried = std::make_shared<NeedlePath>(path);
+  for (std::size_t j = 0; j < carried->points.size(); ++j) {
+    NeedlePath::Point& at = carried->points[j];
+    for (auto& [node, weight] : at.b) node = now[node];
+    if (std::ranges::any_of(at.b, [](const auto& entry) { return entry.first == kNoNode; })) at = point(carried->rest[j]);
+  }
+  return carried;
+}
+
+CutSettings NeedlePath::cut(double depth_m) const {
+  const PathPlace front = place_on_path(layers, depth_m);
+  CutSettings cut;
+  // It begins a little outside, so that it leaves no link of a curved surface.
+  cut.path_m.push_back(rest[0] - 0.5 * edge.norm() * (rest[1] - rest[0]).normalized());
+  for (std::size_t j = 1; j <= static_cast<std::size_t>(front.j); ++j) cut.path_m.push_back(rest[j]);
+  const auto j = static_cast<std::size_t>(front.j);
+  if (front.part > 0) cut.path_m.push_back(rest[j] + front.part * (rest[j + 1] - rest[j]));
+  for (Vec3& place : cut.path_m) place -= 0.5 * edge;
+  cut.depth_m = edge.norm();
+  cut.direction = edge / cut.depth_m;
+  return cut;
 }
 
 double NeedleTissue::depth_of(const Vec3& rest) const { return -nearest_point(skin_->view(), skin_->rest(), rest).height_m; }
 
 NeedleLayers NeedleTissue::layers_along(const std::array<Vec3, kNeedlePoints>& rest) const {
   NeedleLayers layers;
-  layers.length_m = length_m_;
+  layers.length_m = needle_.length_m;
   const auto place = [&](double depth_m) {
     const PathPlace at = place_on_path(layers, depth_m);
     const auto j = static_cast<std::size_t>(at.j);
     return Vec3(rest[j] + at.part * (rest[j + 1] - rest[j]));
   };
   const auto add = [&](double begins_m, const TissueLayer& tissue) {
-    layers.of[static_cast<std::size_t>(layers.count++)] = {begins_m, tissue.puncture_n, tissue.toughness_j_m2 * diameter_m_,
+    layers.of[static_cast<std::size_t>(layers.count++)] = {begins_m, tissue.puncture_n, tissue.toughness_j_m2 * needle_.width_m,
                                                            tissue.friction_n_m};
   };
   // The first depth, of those between the points, at which `passed` is true; none: -1.

@@ -16,6 +16,8 @@
 
 #include <array>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "common/patch/needle.hpp"
 #include "server/body/skin.hpp"
@@ -31,11 +33,15 @@ struct NeedlePath {
   };
   NeedleLayers layers;
   std::array<Point, kNeedlePoints> points;
+  std::array<Vec3, kNeedlePoints> rest;  ///< X_j
+  Vec3 edge = Vec3::Zero();              ///< of a blade: from end to end, at rest; zero: of a needle
 
   /// Returns the position at a depth; `tau`: the derivative by the depth.
   Vec3 position(double depth_m, const Vector& x, Vec3& tau) const;
   /// Returns the weights at a depth; beyond the last point those of that one.
   NodeWeights weights(double depth_m) const;
+  /// Returns the cut that a blade has made with its front at a depth > 0.
+  CutSettings cut(double depth_m) const;
 };
 
 class NeedleTissue {
@@ -43,7 +49,10 @@ class NeedleTissue {
   /// `body` and `skin` must outlive it. `scene.tool.needle` is set.
   NeedleTissue(const Scene& scene, const Skin& skin);
   /// Returns the path of a needle that enters at `entry` along `way`, a unit vector, in the body at `x`.
-  std::shared_ptr<const NeedlePath> path(const SurfacePoint& entry, const Vec3& way, const Vector& x) const;
+  /// `edge`: unit vector along the edge of a blade.
+  std::shared_ptr<const NeedlePath> path(const SurfacePoint& entry, const Vec3& way, const Vec3& edge, const Vector& x) const;
+  /// Returns the path in this body, which one that had it was cut to; `now`: nodes_now().
+  std::shared_ptr<const NeedlePath> carried_over(const NeedlePath& path, std::span<const std::uint32_t> now) const;
   /// Returns the push with which a tip enters the body.
   double puncture_n() const { return body_->tissue.front().puncture_n; }
   /// Returns the weights of a point of the body at rest.
@@ -57,7 +66,8 @@ class NeedleTissue {
   const LumpedBody* body_;
   std::size_t nodes_;  // without the ends of ligaments
   const Skin* skin_;
-  double radius_m_ = 0, length_m_ = 0, diameter_m_ = 0;
+  double radius_m_ = 0;
+  NeedleSpec needle_;
 };
 
 }  // namespace palpate

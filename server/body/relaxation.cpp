@@ -186,6 +186,21 @@ bool Relaxation::take_up(const Eigen::MatrixXf& relaxed, BodyState& state) const
   return true;
 }
 
+void Relaxation::take_up(const StressHistory& was, std::span<const std::uint32_t> before, std::span<const double> share,
+                         BodyState& state) const {
+  const auto carried = [&](const Matrix& stress) {
+    Matrix now(stress.rows(), static_cast<Eigen::Index>(before.size()));
+    for (std::size_t e = 0; e < before.size(); ++e) now.col(static_cast<Eigen::Index>(e)) = share[e] * stress.col(before[e]);
+    return now;
+  };
+  auto next = std::make_shared<StressHistory>();
+  next->at = state.x;
+  next->elastic = carried(was.elastic);
+  for (const Matrix& relaxed : was.relaxed) next->relaxed.push_back(carried(relaxed));
+  next->densities = densities(next->relaxed);
+  state.history = std::move(next);
+}
+
 void Relaxation::add_forces(const BodyState& state, Vector& f) const {
   if (!state.history) return;
   for (std::size_t k = 0; k < pairs_.size(); ++k) {

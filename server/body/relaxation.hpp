@@ -60,6 +60,9 @@ class Relaxation {
   void relax_fully(BodyState& state) const;
   /// Restores the output of side_by_side(); returns false if it is that of another body.
   bool take_up(const Eigen::MatrixXf& relaxed, BodyState& state) const;
+  /// Restores the history of a body that was cut: element e has the share share[e] of what was that of before[e].
+  void take_up(const StressHistory& was, std::span<const std::uint32_t> before, std::span<const double> share,
+               BodyState& state) const;
   /// Adds the forces of the relaxed stress to f.
   void add_forces(const BodyState& state, Vector& f) const;
   Vec3 force_on(const BodyState& state, std::uint32_t node) const;

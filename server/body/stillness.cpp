@@ -30,7 +30,7 @@ double Stillness::unbalanced(const BodyState& state) {
 double Stillness::unbalanced_by(const Vector& x) {
   mask(dynamics_->body().fixed, f_);
   const double bound = f_.dot(f_.cwiseQuotient(dynamics_->masses())) / w2_;
-  if ((x - rest_).lpNorm<Eigen::Infinity>() > kBackM) return bound;
+  if (rest_.size() == 0 || (x - rest_).lpNorm<Eigen::Infinity>() > kBackM) return bound;
   return std::clamp(-f_.dot(x - rest_), 0.0, bound);
 }
 

@@ -28,7 +28,8 @@ class Stillness {
 
   static constexpr double kBackM = 1e-6;
 
-  /// `dynamics` must outlive it. `softest_1_s2`: w^2 at rest, 0 for a body that is not fixed. `rest`: x_r.
+  /// `dynamics` must outlive it. `softest_1_s2`: w^2 at rest, 0 for a body that is not fixed. `rest`: x_r, an
+  /// equilibrium; empty: none is known.
   Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest);
 
   /// Returns true if the body is still. Requires that no tool touches it and that no node but the fixed ones is held.

@@ -125,6 +125,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
   frames_.finish(result, stations, now);
   for (const StationId id : result.released)
     if (const auto dear = stations.find(id); dear != stations.end() && on_tool_released_) on_tool_released_(dear->second);
+  if (result.loose > 0 && on_piece_removed_) on_piece_removed_(result.loose);
   const BodyNow body = frames_.body(now);
   if (result.failed) return patches_.beat_all(stations, body);
   patches_.take(result, stations, body, now);

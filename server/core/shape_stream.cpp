@@ -54,6 +54,21 @@ ShapeStream::ShapeStream(const RoomInfo& facts, double rate_hz) : vertex_of_(fac
   channels_[index_of(ShapeChannel::support)].unit = 1 / kScalarSteps;
 }
 
+void ShapeStream::extend(const std::vector<MeshVertex>& vertices, const std::vector<std::uint32_t>& vertex_of) {
+  const std::size_t first = rest_.size() / kBlockVertices;  // block with the first new vertex
+  for (std::size_t v = rest_.size(); v < vertices.size(); ++v) rest_.push_back(vertices[v].rest);
+  vertex_of_ = vertex_of;
+  for (std::size_t k = 0; k < kShapeChannels; ++k) {
+    Channel& channel = channels_[k];
+    channel.numbers.resize(rest_.size() * static_cast<std::size_t>(components_of(ShapeChannel{static_cast<std::uint8_t>(k)})));
+    channel.blocks.resize((rest_.size() + kBlockVertices - 1) / kBlockVertices);
+    for (std::size_t b = first; b < channel.blocks.size(); ++b) {
+      ++channel.blocks[b].path;  // a viewer does not have its new vertices
+      channel.blocks[b].bytes.clear();
+    }
+  }
+}
+
 /// Sets the numbers of a channel to `value(vertex, component)`, in its units, if they differ by more than `hold`.
 template <class Value>
 void ShapeStream::renew(ShapeChannel which, double hold, const Value& value) {

@@ -76,6 +76,8 @@ class ShapeStream {
   /// `rate_hz` frames share a viewer's budget of a second.
   ShapeStream(const RoomInfo& facts, double rate_hz);
 
+  /// Takes up a mesh with more vertices at the end; `vertex_of`: of the body at each of its vertices.
+  void extend(const std::vector<MeshVertex>& vertices, const std::vector<std::uint32_t>& vertex_of);
   void take(const ShapeFrame& frame);
   std::uint32_t frame() const { return frame_; }
   Micros body_time() const { return body_time_; }

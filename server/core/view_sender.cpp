@@ -27,6 +27,7 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
     station.outbox.rooms = rooms_.size() > 1;
   }
   if (result.positions.empty()) return;
+  if (mesh_.take(result.surface)) shapes_.extend(mesh_.mesh().vertices, mesh_.vertex_of());
   ShapeFrame frame{body.time, result.positions, {}, {}};
   std::copy(result.fields.begin(), result.fields.end(), frame.fields.begin());
   for (const StationFrame& station : result.stations)
@@ -38,7 +39,7 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
 }
 
 bool ViewSender::asked(Station& viewer, const MeshRequest& request) const {
-  if (request.piece >= mesh_pieces(facts_.mesh)) return false;
+  if (request.piece >= mesh_.pieces()) return false;
   auto& pieces = viewer.outbox.mesh_pieces;
   if (pieces.size() < kMostMeshPieces && std::find(pieces.begin(), pieces.end(), request.piece) == pieces.end())
     pieces.push_back(request.piece);
@@ -58,7 +59,7 @@ std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::spa
   if (box.mesh_pieces.empty() || !may_have_mesh(viewer, now)) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();
-  const auto size = encode_for(viewer, mesh_piece(facts_, piece), out, now);
+  const auto size = encode_for(viewer, piece < mesh_.scene_pieces() ? mesh_piece(facts_, piece) : mesh_.change(piece), out, now);
   *box.mesh_bytes -= static_cast<double>(size);
   return size;
 }
@@ -87,7 +88,7 @@ std::size_t ViewSender::emit_shape(const Stations& stations, Station& viewer, st
 }
 
 Tools ViewSender::tools(const Stations& stations, const Station& viewer) const {
-  Tools list{shapes_.frame(), shapes_.body_time(), viewer.shape.pieces, {}};
+  Tools list{shapes_.frame(), shapes_.body_time(), viewer.shape.pieces, {}, mesh_.pieces()};
   std::size_t bytes = 0;
   for (const auto& [id, station] : stations) {
     if (!station.pushes() || !station.has_shown) continue;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "server/core/frame_scheduler.hpp"
+#include "server/core/mesh_log.hpp"
 #include "server/core/room_info.hpp"
 #include "server/core/server_options.hpp"
 #include "server/core/shape_stream.hpp"
@@ -19,7 +20,7 @@ class ViewSender {
   static constexpr Micros kTaskEvery{2'000'000};
 
   ViewSender(RoomInfo facts, const ServerOptions& options)
-      : facts_(std::move(facts)), room_(options.room), rooms_(options.rooms), shapes_(facts_, options.rate_hz) {}
+      : facts_(std::move(facts)), room_(options.room), rooms_(options.rooms), mesh_(facts_), shapes_(facts_, options.rate_hz) {}
 
   /// Accepts a finished frame.
   void take(const FrameResult& result, Stations& stations, const BodyNow& body, Micros now);
@@ -41,6 +42,7 @@ class ViewSender {
   RoomInfo facts_;
   std::string room_;
   std::vector<std::string> rooms_;  ///< all of the server
+  MeshLog mesh_;
   ShapeStream shapes_;
   BodyNow body_;  ///< after the last frame
   bool starved_ = false;

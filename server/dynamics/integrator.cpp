@@ -86,7 +86,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     const std::vector<ToolPort> ports_before = ports;
     const Relaxation& relaxation = dynamics_->relaxation();
     relaxation.relax(h / 2, state);
-    if (!is_alone(ports) || !relaxation.empty()) most_j.reset();
+    if (!is_alone(ports) || !relaxation.empty() || state.traction) most_j.reset();
     if (is_alone(ports) && !most_j) most_j = dynamics_->energy(state);
     touched_ = false;
     const int iterations_before = report.newton_iterations;
@@ -210,6 +210,7 @@ Integrator::StepEnd Integrator::step(BodyState& state, std::vector<ToolPort>& po
       const ToolAt tool = tools(k, stage.end_s);
       points[k] = tool.position;
       ports[k].needle.axis = tool.axis;
+      ports[k].needle.edge = tool.edge;
     }
     hold_nodes(stage, ports, points, state);
     if (!newton(stage, points, state, ports, report)) return StepEnd::failed;

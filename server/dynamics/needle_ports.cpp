@@ -92,7 +92,7 @@ bool follow_needles(const std::vector<Vec3>& tool_points, const Vector& x, std::
     NeedlePort& tip = ports[k].needle;
     if (tip.part != NeedlePart::tip) continue;
     if (!tip.tip.inside && ports[k].touching && -tip.axis.dot(ports[k].lambda) > tip.tissue->puncture_n()) {
-      tip.path = tip.tissue->path(ports[k].point, -tip.axis, x);
+      tip.path = tip.tissue->path(ports[k].point, -tip.axis, tip.edge, x);
       tip.tip = {true, 0, 0, 0};
       punctured = true;
     }
@@ -113,7 +113,7 @@ void predict_paths(const Vector& x, std::vector<ToolPort>& ports) {
   for (std::size_t k = 0; k < ports.size(); ++k) {
     NeedlePort& tip = ports[k].needle;
     if (tip.part != NeedlePart::tip || tip.tip.inside) continue;
-    tip.path = tip.tissue->path(ports[k].point, -tip.axis, x);
+    tip.path = tip.tissue->path(ports[k].point, -tip.axis, tip.edge, x);
     for (ToolPort& part : shaft_of(ports, k)) part.needle.path = tip.path;
   }
 }

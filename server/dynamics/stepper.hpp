@@ -18,12 +18,12 @@ namespace palpate {
 enum class NeedlePart : std::uint8_t { none, tip, shaft };
 struct NeedlePort {
   NeedlePart part = NeedlePart::none;
-  const NeedleTissue* tissue = nullptr;    ///< that outlives the port
-  std::shared_ptr<const NeedlePath> path;  ///< outside: that which it would take, if known
-  NeedleTip tip;                           ///< also of the shaft's ports, at the begin of a step
-  int point = 0;                           ///< shaft: j
-  double bond_m = 0;                       ///< shaft: u_j
-  Vec3 axis = Vec3::UnitZ();               ///< at the end of the stage
+  const NeedleTissue* tissue = nullptr;             ///< that outlives the port
+  std::shared_ptr<const NeedlePath> path;           ///< outside: that which it would take, if known
+  NeedleTip tip;                                    ///< also of the shaft's ports, at the begin of a step
+  int point = 0;                                    ///< shaft: j
+  double bond_m = 0;                                ///< shaft: u_j
+  Vec3 axis = Vec3::UnitZ(), edge = Vec3::UnitX();  ///< z and x of the tool's frame at the end of the stage
 };
 
 struct ToolPort {
@@ -45,9 +45,9 @@ struct ToolPort {
 };
 
 struct ToolAt {
-  Vec3 position = Vec3::Zero();  ///< [m]
-  Vec3 velocity = Vec3::Zero();  ///< [m/s]
-  Vec3 axis = Vec3::UnitZ();     ///< z of the tool's frame
+  Vec3 position = Vec3::Zero();                     ///< [m]
+  Vec3 velocity = Vec3::Zero();                     ///< [m/s]
+  Vec3 axis = Vec3::UnitZ(), edge = Vec3::UnitX();  ///< z and x of the tool's frame
 };
 /// Position and velocity of tool `port` at body time `time_s`.
 using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;

@@ -46,6 +46,10 @@ void UdpServer::hear_rooms() {
           fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
           {{"station", name}, {"station_id", static_cast<double>(station.id)}}, EventLevel::warning);
     });
+    cores_[k].on_piece_removed([this, k](std::size_t cells) {
+      say(k, "piece_removed", fmt::format("a blade cut off {} cells that nothing holds any more: they are removed", cells),
+          {{"cells", static_cast<double>(cells)}});
+    });
     cores_[k].on_guidance([this, k](const GuidanceNews& news) { say(k, news); });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
       say(k, "scheme", fmt::format("station \"{}\": {}", station, describe(in_use)),

@@ -57,6 +57,7 @@ const NodeArrays& RefinedTangents::forces(const BodyState& state) {
   dynamics.tetrahedra().add_forces(state.x, state.v, f);
   dynamics.hexahedra().add_forces(state.x, state.v, f);
   dynamics.relaxation().add_forces(state, f);
+  if (state.traction) f += state.traction->at(state.time_s);
   for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) forces_.set(i, at_node(f, i));
   return forces_;
 }

@@ -82,9 +82,9 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   return touch;
 }
 
-/// Adds a checkpoint, unless the body has not moved since the last.
+/// Adds a checkpoint, unless the body has not moved since the last. One of a body that a blade has cut would not fit its scene.
 void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds) {
-  if (!result.state || result.failed) return;
+  if (!result.state || result.failed || result.is_cut) return;
   const BodyState& state = *result.state;
   if (checkpoint_.size() == state.x.size() && checkpoint_ == state.x && checkpoint_history_ == state.history) return;
   checkpoint_ = state.x;

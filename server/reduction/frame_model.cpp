@@ -48,6 +48,19 @@ void FrameModel::begin(const BodyState& state, const std::vector<ToolPort>& port
   for (const auto& body : bodies_) body->begin();
 }
 
+void FrameModel::succeed(FrameModel& before, std::span<const std::uint32_t> node_before) {
+  listener_ = std::move(before.listener_);
+  if (node_before.empty()) return;
+  const auto carried = [&](const Vector& x) {
+    Vector now(3 * static_cast<Eigen::Index>(node_before.size()));
+    for (std::uint32_t k = 0; k < node_before.size(); ++k) at_node(now, k) = at_node(x, node_before[k]);
+    return now;
+  };
+  for (const Vector& x : before.history_) history_.push_back(carried(x));
+  history_time_s_ = before.history_time_s_;
+  if (before.now_) now_ = {before.now_->first, carried(before.now_->second)};
+}
+
 void FrameModel::request_patch(std::size_t k, const ExpectedSlide& slide) {
   assert(k < wanted_.size() && slide.time_s >= 0);
   wanted_[k] = slide;

@@ -52,6 +52,8 @@ class FrameModel {
   ~FrameModel();
   FrameModel(const FrameModel&) = delete;
 
+  /// Continues a model of the body before it was cut: `node_before` of each node, none where that is another body.
+  void succeed(FrameModel& before, std::span<const std::uint32_t> node_before);
   /// Starts a new frame: the arguments must outlive it, and the ports' points must be final before the first patch is built.
   /// `tools` are parallel to `ports`; `horizon` is the mean of the coming patches.
   void begin(const BodyState& state, const std::vector<ToolPort>& ports, std::span<const ToolAt> tools, Micros horizon);

@@ -31,11 +31,22 @@ Vector load_rate_of_held_nodes(const FrameModel& frame, const Linearisation& at,
   return rate;
 }
 
+/// Adds the mean rate at which the traction across a fresh cut fades within the time.
+void add_fading_traction(const BodyState& state, const Linearisation& at, double over_s, Vector& rate) {
+  if (!state.traction) return;
+  const Vector change = (state.traction->at(state.time_s + over_s) - state.traction->at(state.time_s)) / over_s;
+  if (rate.size() == 0) rate = Vector::Zero(at.masses().size());
+  for (std::uint32_t i = 0; 3 * i < change.size(); ++i)
+    if (!at_node(change, i).isZero(0)) scatter(at.body->restricted({{i, 1.0}}), at_node(change, i), rate);
+  mask(*at.held, rate);
+}
+
 }  // namespace
 
 OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t which, Micros horizon, std::size_t others_max) {
   OtherTools others;
   others.load_rate = load_rate_of_held_nodes(frame, p.at(), which);
+  add_fading_traction(frame.state(), p.at(), seconds(horizon), others.load_rate);
   std::vector<std::pair<double, std::size_t>> own, found;
   const auto add_load = [&](std::size_t k) {
     if (others.load.size() == 0) others.load = Vector::Zero(p.at().masses().size());

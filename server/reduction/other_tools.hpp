@@ -3,7 +3,8 @@
 // The nearest are contacts of the patch (patch.hpp, OtherContact), which the player solves: they do not appear in its K, g or
 // load_rate. The rest of the tools that touch, and needles of others in the body, keep their force: the residual force of the
 // patch is F(x*, v*) + sum B_o lambda_o*. A node that another tool holds (grasp) moves on at its velocity v_o: a growing load
-// -K_o v_o. A scene has one kind of contact, so a grasp's patch meets held nodes only.
+// -K_o v_o. The traction across a fresh cut (Traction) is one that fades. A scene has one kind of contact, so a grasp's patch
+// meets held nodes only.
 //
 // Shapes: lambda, v_o 3 [N], [m/s]; B_o, K_o 3 n x 3, n coordinates (body_operator.hpp).
 #pragma once

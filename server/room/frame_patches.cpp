@@ -11,7 +11,18 @@
 namespace palpate {
 
 FramePatches::FramePatches(SteppedBody& body)
-    : body_(&body), frame_model_(body.dynamics(), body.skin(), body.softest_1_s2()), prediction_(body) {}
+    : body_(&body),
+      frame_model_(std::make_unique<FrameModel>(body.dynamics(), body.skin(), body.softest_1_s2())),
+      prediction_(std::in_place, body) {}
+
+void FramePatches::renew() {
+  auto next = std::make_unique<FrameModel>(body_->dynamics(), body_->skin(), body_->softest_1_s2());
+  next->succeed(*frame_model_, body_->parted() ? std::span(body_->parted()->node_before) : std::span<const std::uint32_t>());
+  frame_model_ = std::move(next);
+  prediction_.emplace(*body_);
+  for (auto& [id, station] : stations_) station.modes = {};
+  drop_cached();
+}
 
 void FramePatches::drop_cached() {
   for (auto& [id, station] : stations_) station.cached.reset();
@@ -33,9 +44,9 @@ std::vector<StationFrame> FramePatches::build(const FrameJob& job, bool failed) 
     predicts |= task.builds && j.scheme == Scheme::hyper;
   }
   body_->predict_paths();
-  frame_model_.enter(BuildPhase::rollouts);
-  if (predicts && job.rollouts) frame_model_.set_predicted_states(prediction_.states(mean_horizon));
-  frame_model_.enter(BuildPhase::other);
+  frame_model_->enter(BuildPhase::rollouts);
+  if (predicts && job.rollouts) frame_model_->set_predicted_states(prediction_->states(mean_horizon));
+  frame_model_->enter(BuildPhase::other);
   for (std::size_t k = 0; k < frames.size(); ++k) frames[k] = frame_of(tasks[k], job.target);
   return frames;
 }
@@ -72,8 +83,8 @@ void FramePatches::begin_model(const FrameJob& job, Micros mean_horizon) {
     if (ports[k].kind == ContactKind::attach) tools[k].velocity = at_node(body_->state().v, ports[k].node);
     hands.push_back(body_->predictable_motion(k));
   }
-  frame_model_.begin(body_->state(), ports, tools, mean_horizon);
-  frame_model_.set_hands(std::move(hands));
+  frame_model_->begin(body_->state(), ports, tools, mean_horizon);
+  frame_model_->set_hands(std::move(hands));
 }
 
 FramePatches::Task FramePatches::task_of(const StationJob& job) {
@@ -96,14 +107,14 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
                   max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
   task.reuses =
-      body_->asleep() && cached && !scene.tool.has_body() && cached->serves(task.request, frame_model_.tool(*task.port));
+      body_->asleep() && cached && !scene.tool.has_body() && cached->serves(task.request, frame_model_->tool(*task.port));
   task.builds = !task.reuses;
   if (task.builds) {
     const ExpectedSlide slide = expected_slide(body_->dynamics(), task.request);
-    frame_model_.request_patch(*task.port, slide);
+    frame_model_->request_patch(*task.port, slide);
     // The other contacts of a tool slide with it.
     for (const std::size_t k : task.parts)
-      if (k != *task.port && frame_model_.is_wanted(k) && slide.from_rest) frame_model_.request_patch(k, {slide.time_s});
+      if (k != *task.port && frame_model_->is_wanted(k) && slide.from_rest) frame_model_->request_patch(k, {slide.time_s});
   }
   return task;
 }
@@ -116,13 +127,13 @@ void FramePatches::choose_port(Task& task, Micros horizon) {
   for (const std::size_t k : task.parts) {
     const ToolPort& port = body_->ports()[k];
     if (port.needle.part == NeedlePart::shaft) {
-      if (task.port && task.job->wants_patch) frame_model_.request_patch(k);
+      if (task.port && task.job->wants_patch) frame_model_->request_patch(k);
       continue;
     }
     const bool holds = port.kind == ContactKind::attach || port.touching;
     const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon, touches);
     if (!height) continue;
-    if (task.parts.size() > 1 && task.job->wants_patch) frame_model_.request_patch(k);
+    if (task.parts.size() > 1 && task.job->wants_patch) frame_model_->request_patch(k);
     const std::pair worth{holds ? port.lambda.norm() : 0.0, -*height};
     if (task.port && worth <= best) continue;
     best = worth;
@@ -137,7 +148,7 @@ std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros hor
   // tool that touches is held up by the body, and each contact takes the place of modes.
   constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
   constexpr double kReachMarginTouchingM = 0.001;
-  const ToolAt& tool = frame_model_.tool(port);
+  const ToolAt& tool = frame_model_->tool(port);
   const double t = seconds(horizon), radius_m = body_->ports()[port].sphere.radius_m;
   const double sudden = touches ? kReachMarginTouchingM : 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM;
   const double reach = tool.velocity.norm() * t + sudden + radius_m;
@@ -154,13 +165,13 @@ StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
   if (task.parts.empty()) {
     give_fading_force(job, stamp, frame);
   } else {
-    frame.tool = frame_model_.tool(task.parts.front()).position;
+    frame.tool = frame_model_->tool(task.parts.front()).position;
     if (body_->scene().tool.has_body()) frame.tool = body_->tool_of(job)->track.at(stamp).position;
     for (const std::size_t k : task.parts) {
       const ToolPort& port = body_->ports()[k];
       if (port.kind != ContactKind::attach && !port.touching) continue;
       frame.contact = true;
-      const Vec3 normal = port.body ? frame_model_.normal(k) : Vec3(Vec3::Zero());
+      const Vec3 normal = port.body ? frame_model_->normal(k) : Vec3(Vec3::Zero());
       const Wrench wrench = wrench_of(port, body_->tool_of(job)->track.turning(stamp), normal);
       frame.force += wrench.force;
       frame.torque += wrench.torque;
@@ -180,13 +191,13 @@ void FramePatches::give_patch(const Task& task, StationFrame& frame) {
   Station& station = *task.station;
   if (task.reuses) {
     frame.patch = station.cached->patch;
-    frame.patch->tool = frame_model_.tool(*task.port).position;
-    frame.patch->tool_velocity = frame_model_.tool(*task.port).velocity;
+    frame.patch->tool = frame_model_->tool(*task.port).position;
+    frame.patch->tool_velocity = frame_model_->tool(*task.port).velocity;
     frame.terms = station.cached->terms;
     return;
   }
   station.cached.reset();
-  auto built = build_patch(frame_model_, *task.port, task.request);
+  auto built = build_patch(*frame_model_, *task.port, task.request);
   if (!built) return;
   frame.patch = std::move(built->patch);
   leave_room_for_rounding(*frame.patch);

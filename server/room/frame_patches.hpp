@@ -30,13 +30,15 @@ class FramePatches {
   explicit FramePatches(SteppedBody& body);
   /// Forgets all stations.
   void clear() { stations_.clear(); }
+  /// Takes up the body where its cells and nodes have changed (SteppedBody::epoch()).
+  void renew();
   /// Drops the patches of the sleeping body, once the body has been stepped.
   void drop_cached();
   /// Builds the patches of a frame after its step, for the stations of the job in order; without patches if `failed`.
   std::vector<StationFrame> build(const FrameJob& job, bool failed);
   /// Returns the modes of the newest patch that the station got, over all nodes; empty if it has got none.
   Matrix modes(StationId id) const;
-  void listen(std::function<void(BuildPhase)> listener) { frame_model_.listen(std::move(listener)); }
+  void listen(std::function<void(BuildPhase)> listener) { frame_model_->listen(std::move(listener)); }
 
  private:
   /// The last patch of a sleeping body, valid while the body sleeps and the tool hardly moves.
@@ -73,8 +75,8 @@ class FramePatches {
   void give_fading_force(const StationJob& job, Micros stamp, StationFrame& frame);
 
   SteppedBody* body_;
-  FrameModel frame_model_;
-  StatePrediction prediction_;
+  std::unique_ptr<FrameModel> frame_model_;
+  std::optional<StatePrediction> prediction_;
   std::map<StationId, Station> stations_;
 };
 

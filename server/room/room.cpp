@@ -16,14 +16,21 @@ constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of i
 }  // namespace
 
 struct Room::State {
-  explicit State(const Scene& scene, const SteppedBody* like = nullptr) : body(scene, like), patches(body) {}
+  explicit State(const Scene& scene, const SteppedBody* like = nullptr) : body(scene, like), patches(body) {
+    if (scene.tool.needle && scene.tool.needle->is_blade) surface.emplace(scene.body);
+  }
   SteppedBody body;
+  std::optional<LiveSurface> surface;  // where the tools are blades
   FramePatches patches;
 };
 
 Room::Room(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
 Room::Room(std::unique_ptr<State> state) : state_(std::move(state)) {}
-Room Room::at_rest() const { return Room(std::make_unique<State>(state_->body.scene(), &state_->body)); }
+Room Room::at_rest() const {
+  Scene scene = state_->body.scene();
+  scene.body = state_->body.uncut();
+  return Room(std::make_unique<State>(scene, &state_->body));
+}
 Room::~Room() = default;
 Room::Room(Room&&) noexcept = default;
 Room& Room::operator=(Room&&) noexcept = default;
@@ -62,7 +69,14 @@ bool Room::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relax
 FrameResult Room::simulate(const FrameJob& job) {
   SteppedBody& body = state_->body;
   FrameResult result;
-  if (const std::optional<AdvanceReport> report = body.step(job)) {
+  const std::uint32_t epoch = body.epoch();
+  const std::optional<AdvanceReport> report = body.step(job);
+  if (body.epoch() != epoch) {
+    state_->patches.renew();
+    state_->surface->renew(body.scene().body, body.parted());
+  }
+  if (body.parted()) result.loose = body.parted()->loose;
+  if (report) {
     state_->patches.drop_cached();
     result.steps = report->steps;
     result.cut_steps = report->cut_steps;
@@ -77,9 +91,15 @@ FrameResult Room::simulate(const FrameJob& job) {
     for (std::uint32_t i = 0; 3 * std::size_t{i} < x.size(); ++i) result.positions.emplace_back(vertex(x, i));
   }
   if (job.state) result.state = body.state();
+  result.is_cut = body.is_cut();
   for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain, ShapeChannel::pressure})
     if (job.asks_for(which))
       result.fields[index_of(which)] = at_vertices(body.scene().body, nodal_field(body.dynamics(), body.state(), which));
+  if (!state_->surface) return result;
+  result.surface = state_->surface->now();
+  if (job.shapes) result.positions = state_->surface->by_number(result.positions, [](const Vec3& rest) { return rest; });
+  for (std::vector<float>& field : result.fields)
+    if (!field.empty()) field = state_->surface->by_number(field, [](const Vec3&) { return 0.0F; });
   return result;
 }
 

@@ -38,6 +38,7 @@
 #include "common/wire/shape_blocks.hpp"
 #include "server/dynamics/stepper.hpp"
 #include "server/reduction/build_phase.hpp"
+#include "server/room/live_surface.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -85,8 +86,11 @@ struct FrameResult {
   std::vector<StationFrame> stations;
   std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), if requested
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, if requested
-  std::optional<BodyState> state;                         ///< if requested
-  std::vector<StationId> released;                        ///< stations whose tools were released because they cost too much
+  std::shared_ptr<const BodySurface> surface;  ///< once a blade has cut the body; the two above are by its numbers then
+  std::optional<BodyState> state;              ///< if requested
+  bool is_cut = false;              ///< true: blades have cut the body, and `state` is of other nodes than those of the scene
+  std::size_t loose = 0;            ///< cells of pieces that a blade cut off in this frame, which are gone
+  std::vector<StationId> released;  ///< stations whose tools were released because they cost too much
   int steps = 0, cut_steps = 0, newton_iterations = 0;
   bool failed = false;  ///< true if the step did not converge: no patches, the body was put back
   bool asleep = false;  ///< true if the body was not stepped, or need not be until a tool comes (stillness.hpp)

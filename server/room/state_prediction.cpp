@@ -63,6 +63,7 @@ ToolAt moved(const HandRollout& rollout, const Hand& hand, const ToolAt& dead_re
   if (!rollout.dead_reckoned) {
     tool = moved_on(hand.now, rollout.accelerates ? Vec3(hand.acceleration + rollout.aside_m_s2) : Vec3(Vec3::Zero()), after_s);
     tool.axis = dead_reckoned.axis;
+    tool.edge = dead_reckoned.edge;
   }
   if (rollout.presses) {
     tool.position += accelerated_distance(after_s) * hand.inwards;

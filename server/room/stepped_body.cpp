@@ -13,12 +13,14 @@ SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
     : scene_(scene),
       skin_(scene_.body, scene_.tool.radius_m),
       tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
-      dynamics_(scene_.body),
-      integrator_(like ? same_stepper(like->integrator_, dynamics_, skin_) : choose_stepper(scene_, dynamics_, skin_)),
-      rest_(like ? like->rest_ : settled_state(dynamics_, scene_.name)),
+      dynamics_(std::in_place, scene_.body),
+      integrator_(like ? same_stepper(like->integrator_, *dynamics_, skin_) : choose_stepper(scene_, *dynamics_, skin_)),
+      rest_(like ? like->rest_uncut() : settled_state(*dynamics_, scene_.name)),
       body_(rest_),
-      softest_1_s2_(like ? like->softest_1_s2_ : softest_stiffness(dynamics_)),
-      stillness_(dynamics_, softest_1_s2_, rest_.x) {
+      softest_1_s2_(like ? like->softest_1_s2_ : softest_stiffness(*dynamics_)),
+      stillness_(std::in_place, *dynamics_, softest_1_s2_, rest_.x) {
+  if (scene_.tool.needle && scene_.tool.needle->is_blade)
+    cuts_.emplace(BodyInParts{&scene_, &skin_, &tissue_, &dynamics_, &body_, &rest_, &ports_});
   fall_asleep();
 }
 
@@ -32,18 +34,19 @@ bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf
   assert(x.size() == rest_.x.size() && v.size() == rest_.v.size());
   body_.x = x;
   body_.v = v;
-  for (std::uint32_t node = 0; node < dynamics_.nodes(); ++node) {
+  for (std::uint32_t node = 0; node < dynamics_->nodes(); ++node) {
     if (scene_.body.fixed[node] == 0) continue;
     at_node(body_.x, node) = at_node(rest_.x, node);
     at_node(body_.v, node).setZero();
   }
-  const bool remembers = dynamics_.relaxation().take_up(relaxed, body_);
+  const bool remembers = dynamics_->relaxation().take_up(relaxed, body_);
   fall_asleep();
   return remembers;
 }
 
 std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
   released_.clear();
+  parted_ = false;
   if (asleep_) body_.time_s = std::max(body_.time_s, seconds(job.begin));
   take_samples(job);
   if (job.begin > time()) leave_out_until(job.begin);
@@ -61,9 +64,22 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
       body_.time_s = seconds(job.target);
     }
   }
+  if (cuts_ && report && report->converged && cuts_->cut_on()) {
+    parted_ = true;
+    renew_steppers();
+  }
   asleep_ &= job.may_sleep;
   if (report && report->steps > 0 && job.may_sleep) fall_asleep();
   return report;
+}
+
+/// After a change of the body's nodes. The kind of integrator and the softest mode are those of the uncut body.
+void SteppedBody::renew_steppers() {
+  integrator_ = same_stepper(integrator_, *dynamics_, skin_);
+  // Under gravity the rest of the uncut body is no equilibrium of a cut one.
+  stillness_.emplace(*dynamics_, softest_1_s2_, parted_ && !scene_.body.gravity_m_s2.isZero(0) ? Vector() : rest_.x);
+  asleep_ = false;
+  ++epoch_;
 }
 
 /// Skips time with the body unchanged; the tools are led from their old positions to those at `begin`.
@@ -77,7 +93,7 @@ void SteppedBody::leave_out_until(Micros begin) {
 void SteppedBody::fall_asleep() {
   const bool alone =
       std::none_of(ports_.begin(), ports_.end(), [](const ToolPort& p) { return p.kind == ContactKind::attach || p.touching; });
-  asleep_ = alone && stillness_.holds(body_);
+  asleep_ = alone && !body_.traction && stillness_->holds(body_);
   if (asleep_) body_.v.setZero();
 }
 

@@ -22,6 +22,7 @@
 #include "server/body/stillness.hpp"
 #include "server/dynamics/integrator_selection.hpp"
 #include "server/reduction/tool_prediction.hpp"
+#include "server/room/live_cuts.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_coupling.hpp"
 #include "server/room/tool_track.hpp"
@@ -53,7 +54,7 @@ class SteppedBody {
 
   const Scene& scene() const { return scene_; }
   const Skin& skin() const { return skin_; }
-  const Dynamics& dynamics() const { return dynamics_; }
+  const Dynamics& dynamics() const { return *dynamics_; }
   ChosenStepper& integrator() { return integrator_; }
   double softest_1_s2() const { return softest_1_s2_; }
   const BodyState& rest() const { return rest_; }
@@ -61,6 +62,15 @@ class SteppedBody {
   Micros time() const { return from_seconds(body_.time_s); }
   /// Returns true until a tool may meet the body.
   bool asleep() const { return asleep_; }
+  /// Number of the body's present cells, nodes and surface, which a blade changes.
+  std::uint32_t epoch() const { return epoch_; }
+  /// The change of them by the last step(); null where they are the same, or those of the uncut body again.
+  const CutChange* parted() const { return parted_ ? &cuts_->parted() : nullptr; }
+  /// The body without the cuts of blades.
+  const LumpedBody& uncut() const { return cuts_ ? cuts_->uncut() : scene_.body; }
+  const BodyState& rest_uncut() const { return cuts_ ? cuts_->rest_uncut() : rest_; }
+  /// Returns true if blades have cut the body since it was whole.
+  bool is_cut() const { return cuts_ && cuts_->is_cut(); }
   /// Returns the stations whose tools were released in the last step() because they cost too much.
   const std::vector<StationId>& released() const { return released_; }
 
@@ -105,15 +115,19 @@ class SteppedBody {
   bool sleeps_through(const FrameJob& job) const;
   bool may_meet(std::size_t k, Micros until) const;
   AdvanceReport advance(const FrameJob& job);
+  void renew_steppers();
 
   Scene scene_;
   Skin skin_;
   std::unique_ptr<NeedleTissue> tissue_;  // where the tools are needles
-  Dynamics dynamics_;
+  std::optional<Dynamics> dynamics_;
   ChosenStepper integrator_;
   BodyState rest_, body_;
   double softest_1_s2_;
-  Stillness stillness_;
+  std::optional<Stillness> stillness_;
+  std::optional<LiveCuts> cuts_;  // where the tools are blades
+  std::uint32_t epoch_ = 0;
+  bool parted_ = false;  // in the last step()
   bool asleep_ = false;
   std::map<StationId, StationTool> tools_;
   std::vector<StationId> released_;

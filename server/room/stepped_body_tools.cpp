@@ -54,7 +54,11 @@ void SteppedBody::sync_ports(const FrameJob& job) {
 
 void SteppedBody::predict_paths() {
   if (!tissue_) return;
-  for (std::size_t k = 0; k < ports_.size(); ++k) ports_[k].needle.axis = tool(k, time()).axis;
+  for (std::size_t k = 0; k < ports_.size(); ++k) {
+    const ToolAt at = tool(k, time());
+    ports_[k].needle.axis = at.axis;
+    ports_[k].needle.edge = at.edge;
+  }
   palpate::predict_paths(body_.x, ports_);
 }
 
@@ -98,6 +102,7 @@ HandMotion SteppedBody::predictable_motion(std::size_t k) const {
 /// Resets the body to rest while hands are on it, without a step in any hand's force.
 void SteppedBody::reset() {
   while (!ports_.empty()) release_tool(ports_.back().tool, ReleaseFade::kFadeTime);
+  if (cuts_ && cuts_->make_whole()) renew_steppers();
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.v.setZero();

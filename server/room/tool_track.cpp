@@ -33,7 +33,7 @@ ToolAt TurningTool::centre_of(const ToolSphere& sphere) const {
   const Vec3 arm = turn * sphere.centre_at(opening);
   Vec3 velocity = at.velocity + spin.cross(arm);
   if (opens_1_s != 0) velocity += opens_1_s * (turn * sphere.swept(opening));
-  return {at.position + arm, velocity, turn * Vec3::UnitZ()};
+  return {at.position + arm, velocity, turn * Vec3::UnitZ(), turn * Vec3::UnitX()};
 }
 
 void ToolTrack::add(std::span<const ToolSample> samples, Micros body_time) {

@@ -24,7 +24,7 @@ namespace palpate {
 /// Returns the tool displaced by an offset that fades.
 inline ToolAt moved_by(ToolAt tool, const FadingVector& offset, Micros t) {
   if (offset.over(t)) return tool;
-  return {tool.position + offset.at(t), tool.velocity + offset.rate(t), tool.axis};
+  return {tool.position + offset.at(t), tool.velocity + offset.rate(t), tool.axis, tool.edge};
 }
 
 /// A tool that may turn.
@@ -34,7 +34,7 @@ struct TurningTool {
   Vec3 spin = Vec3::Zero();  ///< omega, in W [rad/s]
   double opening = 0;        ///< o (tool_shape.hpp)
   double opens_1_s = 0;      ///< o'
-  /// Returns the centre of a sphere of its body: h + R a, h' + omega x R a + o' R da/do; R e_z.
+  /// Returns the centre of a sphere of its body: h + R a, h' + omega x R a + o' R da/do; R e_z, R e_x.
   ToolAt centre_of(const ToolSphere& sphere) const;
 };
 

@@ -109,11 +109,18 @@ std::size_t CutCells::corner_of(std::uint32_t cell, std::uint32_t node) const {
   return static_cast<std::size_t>(found - cells[cell].begin());
 }
 
-CutCells copy_cells(const CellTopology& kind, std::vector<CellNodes> cells, std::size_t nodes, CutLinks links) {
+CutCells uncut_cells(const CellTopology& kind, std::vector<CellNodes> cells) {
   CutCells cut;
   cut.kind = &kind;
   cut.cells = std::move(cells);
-  cut.links = std::move(links);
+  find_faces(cut);
+  return cut;
+}
+
+void copy_cells(CutCells& cut, std::size_t nodes) {
+  const std::size_t corners = cut.kind->corners;
+  cut.copies.clear();
+  cut.first_copy.clear();
   cut.part.resize(cut.cells.size());
   for (std::uint32_t cell = 0; cell < cut.cells.size(); ++cell) {
     cut.first_copy.push_back(static_cast<std::uint32_t>(cut.copies.size()));
@@ -121,13 +128,12 @@ CutCells copy_cells(const CellTopology& kind, std::vector<CellNodes> cells, std:
     for (std::uint8_t part = 0; part < parts; ++part) cut.copies.push_back({cell, part, {}});
   }
   cut.first_copy.push_back(static_cast<std::uint32_t>(cut.copies.size()));
-  find_faces(cut);
 
-  DisjointSets of_corners(cut.copies.size() * kind.corners);
+  DisjointSets of_corners(cut.copies.size() * corners);
   std::vector<std::uint32_t> own(nodes, kNoCell);  // a corner of a copy that is the node
   for (std::uint32_t cell = 0; cell < cut.cells.size(); ++cell)
-    for (std::size_t c = 0; c < kind.corners; ++c) {
-      const auto corner = static_cast<std::uint32_t>(cut.copy_at(cell, c) * kind.corners + c);
+    for (std::size_t c = 0; c < corners; ++c) {
+      const auto corner = static_cast<std::uint32_t>(cut.copy_at(cell, c) * corners + c);
       std::uint32_t& first = own[cut.cells[cell][c]];
       if (first == kNoCell) first = corner;
       of_corners.join(first, corner);
@@ -135,7 +141,6 @@ CutCells copy_cells(const CellTopology& kind, std::vector<CellNodes> cells, std:
   for (const CellFace& face : cut.faces)
     if (!face.is_outer()) join_over(cut, face, of_corners);
   number_nodes(cut, nodes, of_corners);
-  return cut;
 }
 
 std::vector<std::uint8_t> fixed_nodes(const CutCells& cut, std::span<const std::uint8_t> fixed) {

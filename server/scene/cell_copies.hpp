@@ -69,8 +69,10 @@ struct CutCells {
   std::size_t corner_of(std::uint32_t cell, std::uint32_t node) const;
 };
 
-/// `nodes`: number of nodes of the body.
-CutCells copy_cells(const CellTopology& kind, std::vector<CellNodes> cells, std::size_t nodes, CutLinks links);
+/// Returns cells that nothing cuts yet, which are not in copies.
+CutCells uncut_cells(const CellTopology& kind, std::vector<CellNodes> cells);
+/// Puts them in copies where `cut.links` part them, anew. `nodes`: number of nodes of the body.
+void copy_cells(CutCells& cut, std::size_t nodes);
 
 /// Returns for each node whether it is fixed, from those that were: a new one is where a link joins it, in one of its copies, to
 /// a corner of that copy's own that is fixed, as it was itself before. What a cut takes off a fixed face is thus free.

@@ -3,15 +3,18 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-#include <optional>
+#include <span>
+#include <utility>
 
 #include "server/scene/cell_points.hpp"
 #include "server/scene/cut_walls.hpp"
 #include "server/scene/grid.hpp"
 #include "server/scene/hexa_mesh.hpp"
+#include "server/scene/scene_text.hpp"
 #include "server/scene/tetra_mesh.hpp"
 
 namespace palpate {
@@ -20,81 +23,107 @@ namespace {
 constexpr double kOnSheet = 0.02;          // share of a link's length
 constexpr double kLeastShare = 1.0 / 128;  // of a cell's volume, for a copy that has none of its points
 
-/// A parallelogram that the blade sweeps.
-struct Sheet {
-  Vec3 corner, along, down, normal;
-  Eigen::AlignedBox3d box;
-
-  Sheet(const Vec3& from, const Vec3& to, const Vec3& edge)
-      : corner(from), along(to - from), down(edge), normal(along.cross(down).normalized()) {
-    for (const Vec3& x : {from, to, Vec3(from + edge), Vec3(to + edge)}) box.extend(x);
-  }
-
-  /// Returns the share of the way from a to b at which the sheet crosses it.
-  std::optional<double> crossing(const Vec3& a, const Vec3& b) const {
-    constexpr double kSeam = 1e-6;  // sheets overlap by this share, so that nothing passes between two
-    const double slack = kOnSheet * (b - a).norm();
-    const auto height = [&](const Vec3& x) {
-      const double h = normal.dot(x - corner);
-      return std::abs(h) < slack ? slack : h;
-    };
-    const double from = height(a), to = height(b);
-    if (from * to > 0) return std::nullopt;
-    const double t = from / (from - to);
-    const Vec3 at = a + t * (b - a) - corner;
-    Mat3 axes;
-    axes << along, down, normal;
-    const Vec3 place = axes.inverse() * at;
-    const auto within = [](double r) { return r >= -kSeam && r <= 1 + kSeam; };
-    return within(place[0]) && within(place[1]) ? std::optional(t) : std::nullopt;
-  }
-};
-
-std::vector<Sheet> sheets_of(const CutSettings& cut) {
-  std::vector<Sheet> sheets;
+std::vector<CutSheet> sheets_of(const CutSettings& cut) {
+  std::vector<CutSheet> sheets;
   for (std::size_t i = 0; i + 1 < cut.path_m.size(); ++i)
     sheets.emplace_back(cut.path_m[i], cut.path_m[i + 1], cut.depth_m * cut.direction);
   return sheets;
 }
 
-std::optional<double> crossing(const std::vector<Sheet>& sheets, const Vec3& a, const Vec3& b) {
-  for (const Sheet& sheet : sheets)
+std::optional<double> crossing(const std::vector<CutSheet>& sheets, const Vec3& a, const Vec3& b) {
+  for (const CutSheet& sheet : sheets)
     if (const auto t = sheet.crossing(a, b)) return t;
   return std::nullopt;
 }
 
-/// Returns the sheets whose boxes meet that of the cell.
-std::vector<Sheet> near(const std::vector<Sheet>& sheets, const Eigen::AlignedBox3d& box) {
-  std::vector<Sheet> found;
+/// Adds the sheets whose boxes meet that of the cell.
+void add_near(const std::vector<CutSheet>& sheets, const Eigen::AlignedBox3d& box, std::vector<CutSheet>& to) {
   const double slack = kOnSheet * box.diagonal().norm();
-  for (const Sheet& sheet : sheets)
-    if (sheet.box.exteriorDistance(box) <= slack) found.push_back(sheet);
-  return found;
+  for (const CutSheet& sheet : sheets)
+    if (sheet.box.exteriorDistance(box) <= slack) to.push_back(sheet);
+}
+
+template <class Body>
+auto& cells_of(Body& body, const Hexahedron*) {
+  return body.hexahedra;
+}
+template <class Body>
+auto& cells_of(Body& body, const Tetrahedron*) {
+  return body.tetrahedra;
+}
+
+}  // namespace
+
+CutSheet::CutSheet(const Vec3& from, const Vec3& to, const Vec3& edge)
+    : corner(from), along(to - from), down(edge), normal(along.cross(down).normalized()) {
+  Mat3 axes;
+  axes << along, down, normal;
+  place = axes.inverse();
+  for (const Vec3& x : {from, to, Vec3(from + edge), Vec3(to + edge)}) box.extend(x);
+}
+
+std::optional<double> CutSheet::crossing(const Vec3& a, const Vec3& b) const {
+  constexpr double kSeam = 1e-6;  // sheets overlap by this share, so that nothing passes between two
+  const double slack = kOnSheet * (b - a).norm();
+  const auto height = [&](const Vec3& x) {
+    const double h = normal.dot(x - corner);
+    return std::abs(h) < slack ? slack : h;
+  };
+  const double from = height(a), to = height(b);
+  if (from * to > 0) return std::nullopt;
+  const double t = from / (from - to);
+  const Vec3 at = place * (a + t * (b - a) - corner);
+  const auto within = [](double r) { return r >= -kSeam && r <= 1 + kSeam; };
+  return within(at[0]) && within(at[1]) ? std::optional(t) : std::nullopt;
+}
+
+std::vector<std::uint32_t> nodes_now(const CutChange& change, std::size_t before) {
+  std::vector<std::uint32_t> now(before, kNoNode);
+  for (std::uint32_t k = static_cast<std::uint32_t>(change.node_before.size()); k-- > 0;) now[change.node_before[k]] = k;
+  return now;
 }
 
 template <class Cell>
 struct Cutter {
-  LumpedBody& body;
-  std::vector<Cell>& cells;
-  const CellTopology& kind = kind_of(static_cast<const Cell*>(nullptr));
+  CutBody& of;
+  static const Cell* type() { return nullptr; }
+  const std::vector<Cell>& uncut() const { return cells_of(std::as_const(of.uncut_), type()); }
+  const CellTopology& kind() const { return *of.cut_.kind; }
 
-  Eigen::AlignedBox3d box_of(const Cell& cell) const {
+  std::vector<CutSheet> near(std::span<const std::vector<CutSheet>> cuts, const Cell& cell) const {
     Eigen::AlignedBox3d box;
-    for (const std::uint32_t node : cell.nodes) box.extend(body.nodes[node]);
-    return box;
+    for (const std::uint32_t node : cell.nodes) box.extend(of.uncut_.nodes[node]);
+    std::vector<CutSheet> found;
+    for (const std::vector<CutSheet>& sheets : cuts) add_near(sheets, box, found);
+    return found;
   }
 
-  /// Adds the links that sheets cross; returns their number.
-  std::size_t add_links(const std::vector<Sheet>& sheets, CutLinks& links) const {
+  void begin() {
+    std::vector<CellNodes> nodes;
+    for (const Cell& cell : uncut()) std::copy(cell.nodes.begin(), cell.nodes.end(), nodes.emplace_back().begin());
+    of.cut_ = uncut_cells(kind_of(type()), std::move(nodes));
+    const std::size_t own = own_nodes(of.uncut_);
+    const std::vector<double> volumes = lumped_masses(uncut(), of.uncut_.nodes, 1);
+    of.density_kg_m3_ =
+        std::accumulate(of.uncut_.masses_kg.begin(), of.uncut_.masses_kg.begin() + static_cast<std::ptrdiff_t>(own), 0.0) /
+        std::accumulate(volumes.begin(), volumes.end(), 0.0);
+    for (std::uint32_t cell = 0; cell < uncut().size(); ++cell)
+      of.parts_.push_back({cell, static_cast<std::uint8_t>((1U << kind().corners) - 1)});
+    of.number_.resize(of.uncut_.nodes.size());
+    std::iota(of.number_.begin(), of.number_.end(), 0U);
+  }
+
+  /// Adds the links that the sheets of a cut cross; returns their number.
+  std::size_t add_links(std::size_t k) {
     std::size_t added = 0;
-    for (const Cell& cell : cells) {
-      const std::vector<Sheet> close = near(sheets, box_of(cell));
+    for (const Cell& cell : uncut()) {
+      const std::vector<CutSheet> close = near(std::span(of.sheets_).subspan(k, 1), cell);
       if (close.empty()) continue;
-      for (const auto& [a, b] : kind.links) {
+      for (const auto& [a, b] : kind().links) {
         const CellLink link = link_of(cell.nodes[a], cell.nodes[b]);
-        if (links.contains(link)) continue;
-        const auto t = crossing(close, body.nodes[link.first], body.nodes[link.second]);
-        if (t) links.emplace(link, *t);
+        if (of.cut_.links.contains(link)) continue;
+        const auto t = crossing(close, of.uncut_.nodes[link.first], of.uncut_.nodes[link.second]);
+        if (t) of.cut_.links.emplace(link, *t);
         added += t.has_value();
       }
     }
@@ -102,19 +131,20 @@ struct Cutter {
   }
 
   /// Returns the share of each part of a cell.
-  std::vector<double> shares(const CutCells& cut, std::uint32_t cell, const std::vector<Sheet>& sheets) const {
-    const std::size_t parts = cut.first_copy[cell + 1] - cut.first_copy[cell];
+  std::vector<double> shares(std::uint32_t cell) const {
+    const std::vector<Vec3>& x = of.uncut_.nodes;
+    const std::size_t parts = of.cut_.first_copy[cell + 1] - of.cut_.first_copy[cell];
     if (parts == 1) return {1.0};
-    const std::vector<Sheet> close = near(sheets, box_of(cells[cell]));
+    const std::vector<CutSheet> close = near(of.sheets_, uncut()[cell]);
     std::vector<double> shares(parts, 0.0);
-    for (const Vec3& point : points_in(cells[cell], body.nodes)) {
+    for (const Vec3& point : points_in(uncut()[cell], x)) {
       std::vector<std::pair<double, std::size_t>> corners;
-      for (std::size_t c = 0; c < kind.corners; ++c) corners.emplace_back((body.nodes[cells[cell].nodes[c]] - point).norm(), c);
+      for (std::size_t c = 0; c < kind().corners; ++c) corners.emplace_back((x[uncut()[cell].nodes[c]] - point).norm(), c);
       std::sort(corners.begin(), corners.end());
       const auto joined = std::find_if(corners.begin(), corners.end(), [&](const auto& corner) {
-        return !crossing(close, body.nodes[cells[cell].nodes[corner.second]], point);
+        return !crossing(close, x[uncut()[cell].nodes[corner.second]], point);
       });
-      ++shares[cut.part[cell][(joined == corners.end() ? corners.front() : *joined).second]];
+      ++shares[of.cut_.part[cell][(joined == corners.end() ? corners.front() : *joined).second]];
     }
     const double points = std::accumulate(shares.begin(), shares.end(), 0.0);
     for (double& share : shares) share = std::max(share / points, kLeastShare);
@@ -125,47 +155,82 @@ struct Cutter {
 
   /// Nodes that are fixed, or held by a ligament.
   std::vector<std::uint8_t> held() const {
-    std::vector<std::uint8_t> nodes = body.fixed;
-    for (const Element& e : body.elements) nodes[e.a] = nodes[e.b] = 1;
+    std::vector<std::uint8_t> nodes = of.uncut_.fixed;
+    for (const Element& e : of.uncut_.elements) nodes[e.a] = nodes[e.b] = 1;
     return nodes;
   }
 
-  std::vector<std::uint32_t> apply(CutLinks links, const std::vector<Sheet>& sheets) {
-    std::vector<CellNodes> uncut;
-    for (const Cell& cell : cells) std::copy(cell.nodes.begin(), cell.nodes.end(), uncut.emplace_back().begin());
-    const CutCells cut = copy_cells(kind, std::move(uncut), body.nodes.size(), std::move(links));
-    std::vector<std::uint8_t> kept = held_copies(cut, held());
-    if (const auto loose = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 0)); loose == kept.size())
-      std::fill(kept.begin(), kept.end(), 1);
-    else if (loose > 0)
-      std::fprintf(stderr, "cuts: %zu of %zu cells hang on nothing that is held; they are left out\n", loose, kept.size());
-    CutSurface surface = cut_surface(cut, body.nodes, body.triangles, kept);
-
-    const std::vector<double> before = lumped_masses(cells, body.nodes, 1);
-    const std::size_t own = own_nodes(body);
-    const double density_kg_m3 =
-        std::accumulate(body.masses_kg.begin(), body.masses_kg.begin() + static_cast<std::ptrdiff_t>(own), 0.0) /
-        std::accumulate(before.begin(), before.end(), 0.0);
-    std::vector<Cell> copies;
-    for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
-      const std::vector<double> share = shares(cut, cell, sheets);
-      for (std::size_t part = 0; part < share.size(); ++part) {
-        const std::uint32_t k = cut.first_copy[cell] + static_cast<std::uint32_t>(part);
-        if (kept[k] == 0) continue;
-        Cell& copy = copies.emplace_back(cells[cell]);
-        copy.share = share[part];
-        std::copy_n(cut.copies[k].nodes.begin(), kind.corners, copy.nodes.begin());
-      }
-    }
-    cells = std::move(copies);
-    body.fixed = fixed_nodes(cut, body.fixed);
-    return renumber(cut.origin, own, std::move(surface), density_kg_m3);
+  /// Corners of each part of a cell, a bit for each.
+  std::vector<std::uint8_t> corners_of(std::uint32_t cell) const {
+    std::vector<std::uint8_t> own(of.cut_.first_copy[cell + 1] - of.cut_.first_copy[cell], 0);
+    for (std::size_t c = 0; c < kind().corners; ++c) own[of.cut_.part[cell][c]] |= static_cast<std::uint8_t>(1U << c);
+    return own;
   }
 
-  /// Numbers the nodes that are left: the body's own, new ones, ends of ligaments.
-  std::vector<std::uint32_t> renumber(const std::vector<std::uint32_t>& origin, std::size_t own, CutSurface surface,
-                                      double density_kg_m3) {
-    const std::size_t before = body.nodes.size();
+  /// Returns the share of a part that was, of those that it is now: 1 of a whole cell.
+  double share_of(std::uint8_t was, const std::vector<std::uint8_t>& own, const std::vector<double>& share) const {
+    if (was == static_cast<std::uint8_t>((1U << kind().corners) - 1)) return 1;
+    double together = 0;
+    for (std::size_t k = 0; k < own.size(); ++k)
+      if ((was & own[k]) != 0) together += share[k];
+    return together;
+  }
+
+  CutChange part() {
+    copy_cells(of.cut_, of.uncut_.nodes.size());
+    std::vector<std::uint8_t> kept = held_copies(of.cut_, held());
+    if (std::ranges::none_of(kept, [](std::uint8_t is_kept) { return is_kept != 0; }))
+      std::fill(kept.begin(), kept.end(), 1);  // of a body that nothing holds all stays
+    CutChange change;
+    const std::vector<Cell> before = cells_of(of.body_, type());
+    const std::vector<CutBody::Part> parts_before = std::exchange(of.parts_, {});
+    std::vector<Cell> cells;
+    std::size_t first = 0;  // of the parts of a cell before
+    for (std::uint32_t cell = 0; cell < uncut().size(); ++cell) {
+      while (first < parts_before.size() && parts_before[first].cell < cell) ++first;
+      const auto part_with = [&](std::uint8_t corners) {
+        std::size_t from = first;
+        while (from < parts_before.size() && parts_before[from].cell == cell && (parts_before[from].own & corners) != corners)
+          ++from;
+        return from < parts_before.size() && parts_before[from].cell == cell ? std::optional(from) : std::nullopt;
+      };
+      const std::vector<std::uint8_t> own = corners_of(cell);
+      std::vector<double> share;
+      for (std::size_t k = 0; k < own.size(); ++k) {
+        const std::uint32_t copy = of.cut_.first_copy[cell] + static_cast<std::uint32_t>(k);
+        const std::optional<std::size_t> from = part_with(own[k]);
+        if (!from) continue;  // it was left out before
+        change.loose += kept[copy] == 0;
+        if (kept[copy] == 0) continue;
+        Cell& made = cells.emplace_back(before[*from]);
+        const std::uint8_t whole = parts_before[*from].own;
+        if (whole != own[k]) {
+          if (share.empty()) share = shares(cell);
+          made.share *= share[k] / share_of(whole, own, share);
+        }
+        std::copy_n(of.cut_.copies[copy].nodes.begin(), kind().corners, made.nodes.begin());
+        of.parts_.push_back({cell, own[k]});
+        change.cell_before.push_back(static_cast<std::uint32_t>(*from));
+      }
+    }
+    CutSurface surface = cut_surface(of.cut_, of.uncut_.nodes, of.uncut_.triangles, kept);
+    const std::vector<std::uint32_t> number_before = of.number_;
+    renumber(std::move(cells), std::move(surface));
+    change.node_before.resize(of.body_.nodes.size());
+    for (std::size_t i = 0; i < of.number_.size(); ++i)
+      if (of.number_[i] != kNoNode) change.node_before[of.number_[i]] = number_before[i];
+    const std::vector<Cell>& now = cells_of(of.body_, type());
+    for (std::size_t k = 0; k < now.size(); ++k)
+      for (std::size_t c = 0; c < kind().corners; ++c)
+        change.node_before[now[k].nodes[c]] = before[change.cell_before[k]].nodes[c];
+    return change;
+  }
+
+  /// Makes `of.body_` of these cells and this surface, with the nodes that are left: its own, new ones, ends of ligaments.
+  void renumber(std::vector<Cell> cells, CutSurface surface) {
+    const std::vector<std::uint32_t>& origin = of.cut_.origin;
+    const LumpedBody& uncut = of.uncut_;
+    const std::size_t before = uncut.nodes.size(), own = own_nodes(uncut);
     std::vector<std::uint8_t> used(origin.size(), 0);
     for (const Cell& cell : cells)
       for (const std::uint32_t node : cell.nodes) used[node] = 1;
@@ -183,23 +248,24 @@ struct Cutter {
     const std::size_t own_now = order.size();
     take(own, before);
 
+    LumpedBody& body = of.body_;
     for (Cell& cell : cells)
       for (std::uint32_t& node : cell.nodes) node = number[node];
+    body.elements = uncut.elements;
     for (Element& e : body.elements) {
       e.a = number[e.a];
       e.b = number[e.b];
     }
-    const std::vector<Vec3> x = std::move(body.nodes);
-    const std::vector<std::uint8_t> fixed = std::move(body.fixed);
-    const std::vector<double> masses = std::move(body.masses_kg);
+    const std::vector<std::uint8_t> fixed = fixed_nodes(of.cut_, uncut.fixed);
     body.nodes.clear();
     body.fixed.clear();
     for (const std::uint32_t i : order) {
-      body.nodes.push_back(x[origin[i]]);
+      body.nodes.push_back(uncut.nodes[origin[i]]);
       body.fixed.push_back(fixed[i]);
     }
-    body.masses_kg = lumped_masses(cells, std::span(body.nodes).first(own_now), density_kg_m3);
-    for (std::size_t k = own_now; k < order.size(); ++k) body.masses_kg.push_back(masses[order[k]]);
+    body.masses_kg = lumped_masses(cells, std::span(body.nodes).first(own_now), of.density_kg_m3_);
+    for (std::size_t k = own_now; k < order.size(); ++k) body.masses_kg.push_back(uncut.masses_kg[order[k]]);
+    cells_of(body, type()) = std::move(cells);
 
     for (EmbeddedVertex& vertex : surface.embedded)
       for (auto& [node, weight] : vertex.weights) node = number[node];
@@ -209,27 +275,48 @@ struct Cutter {
     body.triangles = std::move(surface.triangles);
     body.embedded = std::move(surface.embedded);
     number.resize(before);
-    return number;
+    of.number_ = std::move(number);
   }
 };
 
+namespace {
+
+/// Calls f with the cutter of the body's cells.
+template <class F>
+auto with_cutter(CutBody& body, const F& f) {
+  if (!body.uncut().hexahedra.empty()) return f(Cutter<Hexahedron>{body});
+  return f(Cutter<Tetrahedron>{body});
+}
+
 }  // namespace
 
+CutBody::CutBody(LumpedBody uncut) : uncut_(std::move(uncut)), body_(uncut_) {
+  with_cutter(*this, [](auto cutter) { cutter.begin(); });
+}
+
+std::size_t CutBody::set(std::size_t k, const CutSettings& cut) {
+  assert(k <= sheets_.size());
+  if (k == sheets_.size()) sheets_.emplace_back();
+  sheets_[k] = sheets_of(cut);
+  return with_cutter(*this, [&](auto cutter) { return cutter.add_links(k); });
+}
+
+CutChange CutBody::part() {
+  return with_cutter(*this, [](auto cutter) { return cutter.part(); });
+}
+
 std::vector<std::uint32_t> cut_body(LumpedBody& body, const std::vector<CutSettings>& cuts, const SceneText& text) {
-  std::vector<Sheet> all;
-  CutLinks links;
-  const auto with = [&](const auto& f) {
-    if (!body.hexahedra.empty()) return f(Cutter<Hexahedron>{body, body.hexahedra});
-    return f(Cutter<Tetrahedron>{body, body.tetrahedra});
-  };
+  CutBody cut(std::move(body));
   for (std::size_t i = 0; i < cuts.size(); ++i) {
-    const std::vector<Sheet> sheets = sheets_of(cuts[i]);
     const std::string path = "body.cuts[" + std::to_string(i) + "]";
-    if (with([&](const auto& cutter) { return cutter.add_links(sheets, links); }) == 0)
+    if (cut.set(i, cuts[i]) == 0)
       text.refuse(path, path + " crosses no edge of the body's cells", "a path through the body, or a finer body");
-    all.insert(all.end(), sheets.begin(), sheets.end());
   }
-  return with([&](auto cutter) { return cutter.apply(std::move(links), all); });
+  if (const CutChange change = cut.part(); change.loose > 0)
+    std::fprintf(stderr, "cuts: %zu of %zu cells hang on nothing that is held; they are left out\n", change.loose,
+                 change.loose + change.cell_before.size());
+  body = cut.body();
+  return cut.number();
 }
 
 }  // namespace palpate

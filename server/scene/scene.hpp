@@ -131,10 +131,19 @@ void each_node_of(const LumpedBody& body, std::uint32_t vertex, F&& f) {
 /// Rest positions of all vertices.
 std::vector<Vec3> vertices_at_rest(const LumpedBody& body);
 
-/// A straight needle along the z axis of the tool's frame, its tip at the tool point.
+/// The edge of a blade of this length that moves along a line (cuts.hpp).
+struct CutSettings {
+  std::vector<Vec3> path_m;
+  Vec3 direction = Vec3::Zero();  ///< of length 1, from the path to the end of the edge
+  double depth_m = 0;
+};
+
+/// A straight needle along the z axis of the tool's frame, its tip at the tool point. Or a blade, which is the same with an edge
+/// along x, its middle at the tool point, and parts the body where it cuts.
 struct NeedleSpec {
-  double length_m = 0;    ///< from tip to hub
-  double diameter_m = 0;  ///< width w of its cut
+  double length_m = 0;  ///< from tip to hub
+  double width_m = 0;   ///< w of its cut: a needle's diameter, the length of a blade's edge
+  bool is_blade = false;
 };
 
 struct ToolSpec {
@@ -144,7 +153,7 @@ struct ToolSpec {
   double contact_stiffness_n_m = 1000;    ///< touch: contact stiffness k_c between tool and surface
   double radius_m = 0;                    ///< touch: contact radius of the tip (skin.hpp), 0 = a point
   ToolShape shape = {};                   ///< touch: body of the tool; empty: a point
-  std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle
+  std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle, or a blade's
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }
 };

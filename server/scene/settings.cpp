@@ -231,7 +231,22 @@ NeedleSpec read_needle(const SceneText& text, const schema::NeedleT& in, const S
           required(text, needle + ".diameter_m", in.diameter_m, 1e-4, 0.01, "m")};
 }
 
-void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& out) {
+NeedleSpec read_blade(const SceneText& text, const schema::BladeT& in, const schema::BodyT& body, const SceneSettings& out) {
+  const std::string blade = "tool.blade";
+  const std::optional<SolidSettings>& solid = out.mesh ? out.mesh->solid : out.lattice.solid;
+  if (!out.tool.shape.empty() || out.tool.needle)
+    text.refuse(blade, "tool.blade is given with a needle or a body of the tool", "one of them");
+  if (out.tool.contact == ContactKind::attach)
+    text.refuse(blade, "a grasp has a blade", "a blade only where tool.contact is \"touch\"");
+  if (out.tissue.empty()) text.refuse("body.tissue", "the tool is a blade, but there is no body.tissue", "its layers");
+  if (!solid) text.refuse(blade, "a blade cuts springs", "a solid for it: finite elements");
+  if (solid->capsule) text.refuse(blade, "a blade cuts a body with a capsule", "a body without one for it");
+  if (!body.cuts.empty()) text.refuse(blade, "tool.blade is given with body.cuts", "one of them");
+  return {required(text, blade + ".length_m", in.length_m, kMinNeedleLengthM, kMaxNeedleLengthM, "m"),
+          required(text, blade + ".width_m", in.width_m, 1e-3, 0.1, "m"), true};
+}
+
+void read_tool(const SceneText& text, const schema::ToolT& in, const schema::BodyT& body, SceneSettings& out) {
   const std::string node = "tool.node";
   const auto usual = out.lattice.planar ? ContactKind::attach : ContactKind::touch;
   out.tool.contact =
@@ -259,6 +274,7 @@ void read_tool(const SceneText& text, const schema::ToolT& in, SceneSettings& ou
     text.refuse(in.body ? "tool.body" : "tool.named", "a grasp has a tool with a body",
                 "a body only where tool.contact is \"touch\"");
   if (in.needle) out.tool.needle = read_needle(text, *in.needle, out);
+  if (in.blade) out.tool.needle = read_blade(text, *in.blade, body, out);
   if (!text.has(node)) return;
   if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");
   if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");
@@ -358,7 +374,7 @@ SceneSettings read_settings(const SceneText& text) {
     text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\", but nothing loads the body",
                 "gravity_m_s2");
   out.tissue = read_tissue(text, *in.body);
-  read_tool(text, in.tool ? *in.tool : schema::ToolT(), out);
+  read_tool(text, in.tool ? *in.tool : schema::ToolT(), *in.body, out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   out.lump = read_lump(text, out.lattice.planar);
   read_cuts(text, *in.body, out);

@@ -112,13 +112,6 @@ struct LumpSettings {
   double radius_m = 0, stiffness_ratio = 1;
 };
 
-/// The edge of a blade of this length that moves along a line (cuts.hpp).
-struct CutSettings {
-  std::vector<Vec3> path_m;
-  Vec3 direction = Vec3::Zero();  ///< of length 1, from the path to the end of the edge
-  double depth_m = 0;
-};
-
 /// A training task as the scene file states it: one of these goals.
 struct FindSettings {
   double within_m = 0;

@@ -288,9 +288,10 @@ Json to_json(const SceneSettings& settings) {
     }
   }
   if (settings.tool.needle) {
-    Json& needle = tool.add("needle", Json::object());
-    needle.add("length_m", Json::number(settings.tool.needle->length_m));
-    needle.add("diameter_m", Json::number(settings.tool.needle->diameter_m));
+    const NeedleSpec& spec = *settings.tool.needle;
+    Json& needle = tool.add(spec.is_blade ? "blade" : "needle", Json::object());
+    needle.add("length_m", Json::number(spec.length_m));
+    needle.add(spec.is_blade ? "width_m" : "diameter_m", Json::number(spec.width_m));
   }
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));

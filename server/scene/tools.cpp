@@ -113,10 +113,16 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
 
 ToolShape drawn_shape(const ToolSpec& tool) {
   if (!tool.needle) return tool.shape;
+  const NeedleSpec& needle = *tool.needle;
+  constexpr double kBladeRadiusM = 7e-4;
+  constexpr std::size_t kOnEdge = 4;
   ToolShape shape;
-  const double radius_m = std::max(0.5 * tool.needle->diameter_m, kMinRadiusM);
-  for (std::size_t k = 0; k < kMaxToolSpheres; ++k) {
-    const double along_m = tool.needle->length_m * static_cast<double>(k) / (kMaxToolSpheres - 1);
+  const double radius_m = needle.is_blade ? kBladeRadiusM : std::max(0.5 * needle.width_m, kMinRadiusM);
+  const std::size_t on_edge = needle.is_blade ? kOnEdge : 0, on_shaft = kMaxToolSpheres - on_edge;
+  for (std::size_t k = 0; k < on_edge; ++k)
+    shape.push_back(sphere(Vec3((static_cast<double>(k) / (kOnEdge - 1) - 0.5) * needle.width_m, 0, 0), radius_m));
+  for (std::size_t k = 0; k < on_shaft; ++k) {
+    const double along_m = needle.length_m * static_cast<double>(k) / static_cast<double>(on_shaft - 1);
     shape.push_back(sphere(Vec3(0, 0, std::min(along_m, kMaxToolReachM)), radius_m));
   }
   return shape;

@@ -17,7 +17,8 @@ struct NamedTool {
 /// All named tools, sorted by name.
 const std::vector<NamedTool>& named_tools();
 
-/// Returns the body of a tool as it is drawn: spheres along the shaft of a needle, whose contacts are not theirs.
+/// Returns the body of a tool as it is drawn: spheres along the shaft of a needle or a blade, and along its edge, whose contacts
+/// are not theirs.
 ToolShape drawn_shape(const ToolSpec& tool);
 
 /// Returns the tool of that name, or nullptr.

@@ -214,6 +214,15 @@ TEST_CASE("the largest pieces of a mesh and of a shape fit, and one more does no
   mesh.vertices.push_back({});
   CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
 
+  mesh.vertices.clear();
+  for (std::uint32_t k = 0; k < kMaxPieceRemoved; ++k) mesh.removed.push_back(49'000 * k);
+  CHECK(round_trip(mesh).removed == mesh.removed);
+  mesh.triangles = {{1, 2, 3}};
+  CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
+  mesh.triangles.clear();
+  mesh.removed.push_back((1u << 24) - 1);
+  CHECK(seeds::bytes_of(seeds::message(mesh)).empty());
+
   ShapePiece shape;
   std::mt19937 random(1);
   while (shape.blocks.size() <= kMaxPieceBytes) {

@@ -65,6 +65,7 @@ struct Sensible {
   bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
   bool operator()(const MeshPiece& m) const {
     return m.piece < m.pieces && m.triangles.size() <= kMaxPieceTriangles && m.vertices.size() <= kMaxPieceVertices &&
+           m.removed.size() <= kMaxPieceRemoved &&
            std::all_of(m.vertices.begin(), m.vertices.end(), [](const auto& v) { return sensible(v.rest, kWorldExtentM); });
   }
   bool operator()(const ShapePiece& m) const {

@@ -323,6 +323,9 @@ inline std::vector<Message> every_kind() {
   for (std::size_t i = 0; i < kMaxPieceVertices; ++i)
     mesh.vertices.push_back({Vec3(noise(random), 9.9 * noise(random), -0.1).unaryExpr(&to_rest_step), i % 3 == 0});
   all.push_back(message(mesh));
+  mesh.vertices.clear();
+  mesh.removed = {1, 7, 70000};
+  all.push_back(message(mesh));
   all.push_back(message(shape_piece(random, ShapeChannel::position, 200)));
   all.push_back(message(shape_piece(random, ShapeChannel::tension, 3)));
   all.push_back(message(ViewState{123456, 0xfedcba9876543210ull, 2, 1500}));

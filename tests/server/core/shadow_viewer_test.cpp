@@ -234,7 +234,7 @@ TEST_CASE("a scene's hash tells bodies of one surface apart by what is felt, and
   others[3].body.relaxation.push_back({0.5, 1});
   others[4].body.gravity_m_s2.z() = -9.81;
   others[5].tool.friction = 0.1;
-  others[6].tool.needle->diameter_m = 0.001;
+  others[6].tool.needle->width_m = 0.001;
   others[7].solver.step_s = 0.005;
   for (const Scene& other : others) CHECK(facts_of(a, Vec3::Zero()).scene_hash != facts_of(other, Vec3::Zero()).scene_hash);
   Scene moved = a;

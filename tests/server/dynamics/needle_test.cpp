@@ -173,7 +173,7 @@ TEST_CASE("A path is straight where it begins, with points at even distances of 
   for (std::uint32_t i = 0; i < bench.scene.body.nodes.size(); ++i) at_node(bench.state.x, i).z() *= 0.9;
   const Vec3 way = Vec3(0.1, -0.2, -1).normalized();
   const NearestPoint top = nearest_point(bench.skin.view(), bench.skin.rest(), Vec3(0.03, 0.03, 0.06));
-  const auto path = bench.tissue.path(top.point, way, bench.state.x);
+  const auto path = bench.tissue.path(top.point, way, Vec3::UnitX(), bench.state.x);
   const Vec3 begin = path->points.front().position(bench.state.x);
   const Vec3 at_rest = way.cwiseProduct(Vec3(1, 1, 1 / 0.9));  // d X of a way of length 1
   for (int j = 1; j < kNeedlePoints && j * 0.020 < 0.048; ++j) {

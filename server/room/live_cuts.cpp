@@ -1,0 +1,158 @@
+#include "server/room/live_cuts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/dynamics/needle_ports.hpp"
+#include "server/scene/grid.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kNoTractionN = 1e-5;
+
+/// Load on the nodes of a body with its tools.
+Vector load_of(const Dynamics& dynamics, const Skin& skin, const BodyState& state, const std::vector<ToolPort>& ports) {
+  Vector load;
+  dynamics.forces(state, load);
+  for (const ToolPort& port : ports)
+    if (port.kind == ContactKind::touch && port.touching) scatter(weights_of(skin, port), port.lambda, load);
+  return load;
+}
+
+Triangle sorted(Triangle t) {
+  std::sort(t.begin(), t.end());
+  return t;
+}
+
+/// Points of a surface on what it became: on the triangle with the same nodes, else the nearest one.
+class MovedPoints {
+ public:
+  MovedPoints(const Skin& before, const Vector& x, std::vector<std::uint32_t> now)
+      : triangles_(before.view().triangles.begin(), before.view().triangles.end()), x_(before.place(x)), now_(std::move(now)) {}
+
+  SurfacePoint on(const Skin& skin, const Vector& x, const SurfacePoint& point) const {
+    const Triangle& was = triangles_[point.triangle];
+    Triangle same{};
+    for (std::size_t k = 0; k < 3; ++k) same[k] = was[k] < now_.size() ? now_[was[k]] : kNoNode;
+    const std::span<const Triangle> triangles = skin.view().triangles;
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      if (sorted(triangles[t]) != sorted(same)) continue;
+      SurfacePoint moved{t, Vec3::Zero()};
+      for (int k = 0; k < 3; ++k)
+        moved.weight[std::find(triangles[t].begin(), triangles[t].end(), same[static_cast<std::size_t>(k)]) -
+                     triangles[t].begin()] = point.weight[k];
+      return moved;
+    }
+    Vec3 at = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) at += point.weight[k] * vertex(x_, was[static_cast<std::size_t>(k)]);
+    return nearest_point(skin.view(), skin.place(x), at).point;
+  }
+
+ private:
+  std::vector<Triangle> triangles_;
+  std::vector<double> x_;
+  std::vector<std::uint32_t> now_;
+};
+
+/// Shares of the body's cells.
+std::vector<double> shares_of(const LumpedBody& body) {
+  std::vector<double> shares;
+  for (const Hexahedron& cell : body.hexahedra) shares.push_back(cell.share);
+  for (const Tetrahedron& cell : body.tetrahedra) shares.push_back(cell.share);
+  return shares;
+}
+
+}  // namespace
+
+LiveCuts::LiveCuts(const BodyInParts& of) : of_(of), cut_(of.scene->body), rest_(*of.rest) {}
+
+bool LiveCuts::cut_on() {
+  BodyState& state = *of_.state;
+  if (state.traction && state.traction->at(state.time_s).lpNorm<Eigen::Infinity>() < kNoTractionN) state.traction.reset();
+  std::size_t links = 0;
+  for (const ToolPort& port : *of_.ports) {
+    const NeedlePort& needle = port.needle;
+    if (needle.part != NeedlePart::tip || !needle.tip.inside || !(needle.tip.front_m > 0)) continue;
+    const auto known = std::find(paths_.begin(), paths_.end(), needle.path);
+    const auto k = static_cast<std::size_t>(known - paths_.begin());
+    if (known == paths_.end()) paths_.push_back(needle.path);
+    links += cut_.set(k, needle.path->cut(needle.tip.front_m));
+  }
+  if (links == 0) return false;
+  is_cut_ = true;
+  const std::size_t cells_before = shares_of(of_.scene->body).size();
+  CutChange change = cut_.part();
+  if (change.loose == 0 && change.cell_before.size() == cells_before) return false;
+  part(std::move(change));
+  return true;
+}
+
+void LiveCuts::part(CutChange change) {
+  parted_ = std::move(change);
+  BodyState& state = *of_.state;
+  std::vector<ToolPort>& ports = *of_.ports;
+  const std::vector<double> shares_before = shares_of(of_.scene->body);
+  const Vector load = load_of(**of_.dynamics, *of_.skin, state, ports), masses = (*of_.dynamics)->masses();
+  const std::vector<std::uint32_t> now = nodes_now(parted_, of_.scene->body.nodes.size());
+  const MovedPoints moved(*of_.skin, state.x, now);
+  std::vector<double> share = shares_of(cut_.body());
+  for (std::size_t k = 0; k < share.size(); ++k) share[k] /= shares_before[parted_.cell_before[k]];
+
+  renew(cut_.body());
+  for (BodyState* each : {of_.state, of_.rest}) carry_over(BodyState(*each), share, *each);
+  for (auto& path : paths_) {
+    const auto carried = (*of_.tissue)->carried_over(*path, now);
+    for (ToolPort& port : ports)
+      if (port.needle.path == path) port.needle.path = carried;
+    path = carried;
+  }
+  for (ToolPort& port : ports) {
+    if (port.kind == ContactKind::touch) port.point = moved.on(*of_.skin, state.x, port.point);
+    if (!port.on_path()) port.needle.path.reset();
+    port.clearance = {};
+  }
+  const Dynamics& dynamics = **of_.dynamics;
+  auto traction = std::make_shared<Traction>();
+  traction->begin_s = state.time_s;
+  traction->load = -load_of(dynamics, *of_.skin, state, ports);
+  for (std::uint32_t k = 0; k < dynamics.nodes(); ++k) {
+    const auto before = parted_.node_before[k];
+    at_node(traction->load, k) += dynamics.masses()[3 * k] / masses[3 * before] * at_node(load, before);
+  }
+  mask(of_.scene->body.fixed, traction->load);
+  state.traction = std::move(traction);
+}
+
+/// Carries positions, velocities and the relaxed stress over; `share`: of each cell, of what it was.
+void LiveCuts::carry_over(const BodyState& before, std::span<const double> share, BodyState& state) const {
+  state.traction.reset();
+  for (const auto& [from, to] : {std::pair{&before.x, &state.x}, {&before.v, &state.v}}) {
+    to->resize(3 * static_cast<Eigen::Index>(parted_.node_before.size()));
+    for (std::uint32_t k = 0; k < parted_.node_before.size(); ++k) at_node(*to, k) = at_node(*from, parted_.node_before[k]);
+  }
+  if (before.history) (*of_.dynamics)->relaxation().take_up(*before.history, parted_.cell_before, share, state);
+}
+
+/// Replaces the body, and all that is of its nodes alone.
+void LiveCuts::renew(const LumpedBody& body) {
+  of_.scene->body = body;
+  *of_.skin = Skin(of_.scene->body, of_.scene->tool.radius_m);
+  **of_.tissue = NeedleTissue(*of_.scene, *of_.skin);
+  of_.dynamics->emplace(of_.scene->body);
+}
+
+bool LiveCuts::make_whole() {
+  of_.state->traction.reset();
+  if (!std::exchange(is_cut_, false)) return false;
+  renew(cut_.uncut());
+  const double time_s = of_.state->time_s;
+  *of_.rest = rest_;
+  *of_.state = rest_;
+  of_.state->time_s = time_s;
+  cut_ = CutBody(of_.scene->body);
+  paths_.clear();
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,176 @@
+// The mesh of a body that blades cut: a log of pieces at the server, put together by a viewer over a link that loses some.
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "client/viewer/mesh_assembly.hpp"
+#include "client/viewer/shape_assembly.hpp"
+#include "common/base/random.hpp"
+#include "common/wire/codec.hpp"
+#include "server/core/mesh_log.hpp"
+#include "server/core/mesh_pieces.hpp"
+#include "server/core/shape_stream.hpp"
+
+using namespace palpate;
+
+namespace {
+
+Scene cut_block() {
+  return read_scene(R"({"body": {"lattice": {"nodes": [7, 7, 6], "size_m": [0.06, 0.06, 0.05], "fixed_faces": ["z-"],
+      "solid": {"element": "hexahedron", "young_pa": 8000, "poisson": 0.45}}}, "tool": {"contact": "touch"}})",
+                    "block");
+}
+
+/// Four cuts that grow, then the body as it was.
+struct CutRoom {
+  Scene scene = cut_block();
+  RoomInfo facts = facts_of(scene, Vec3::Zero());
+  CutBody cut{scene.body};
+  LiveSurface surface{scene.body};
+  MeshLog log{facts};
+  std::uint32_t links = 0;
+
+  bool grow(int step) {
+    const double x_m = 0.0113 + 0.01 * (step % 4), down_m = 0.008 * (1 + step / 4);
+    links += static_cast<std::uint32_t>(
+        cut.set(static_cast<std::size_t>(step % 4),
+                {{Vec3(x_m, 0.005, 0.06), Vec3(x_m + 0.001, 0.005, 0.05 - down_m)}, Vec3::UnitY(), 0.047}));
+    const CutChange change = cut.part();
+    surface.renew(cut.body(), &change);
+    return log.take(surface.now());
+  }
+  MeshPiece piece(std::uint32_t k) const { return k < log.scene_pieces() ? mesh_piece(facts, k) : log.change(k); }
+  MeshAssembly viewer() const {
+    MeshAssembly mesh;
+    mesh.expect(static_cast<std::uint32_t>(facts.mesh.vertices.size()), static_cast<std::uint32_t>(facts.mesh.triangles.size()),
+                facts.mesh_hash);
+    return mesh;
+  }
+};
+
+std::set<std::set<std::array<double, 3>>> drawn(const BodyMesh& mesh) {
+  std::set<std::set<std::array<double, 3>>> all;
+  for (const Triangle& t : mesh.triangles) {
+    std::set<std::array<double, 3>> corners;
+    for (const std::uint32_t v : t)
+      corners.insert({mesh.vertices[v].rest.x(), mesh.vertices[v].rest.y(), mesh.vertices[v].rest.z()});
+    all.insert(corners);
+  }
+  return all;
+}
+
+std::size_t bytes_of(const MeshPiece& piece) {
+  std::array<std::byte, kMaxDatagramBytes> out;
+  Message message;
+  message.body = piece;
+  return encode(message, out);
+}
+
+}  // namespace
+
+TEST_CASE("A viewer has the mesh of a body that is cut, whatever the link loses, and one that joins late has the same",
+          "[view]") {
+  CutRoom room;
+  MeshAssembly mesh = room.viewer();
+  Random random(5);
+  std::size_t bytes = 0, changes = 0;
+  const auto ask = [&](MeshAssembly& of, double loss) {
+    of.want(room.log.pieces());
+    for (int tries = 0; tries < 200 && !of.current(); ++tries)
+      for (const std::uint32_t k : of.missing(16))
+        if (random.uniform() >= loss) {
+          of.take(room.piece(k));
+          of.take(room.piece(k));
+        }
+    return of.current();
+  };
+  REQUIRE(ask(mesh, 0.3));
+  for (int step = 0; step < 16; ++step) {
+    const std::uint32_t before = room.log.pieces();
+    changes += room.grow(step);
+    for (std::uint32_t k = before; k < room.log.pieces(); ++k) bytes += bytes_of(room.piece(k));
+    REQUIRE(ask(mesh, 0.3));
+    CHECK(mesh.mesh().triangles == room.log.mesh().triangles);
+    CHECK(mesh.mesh().vertices.size() == room.log.mesh().vertices.size());
+    // What is drawn is the surface of the cut body, by rest positions.
+    BodyMesh whole;
+    for (const Vec3& x : vertices_at_rest(room.cut.body())) whole.vertices.push_back({x.unaryExpr(&to_rest_step)});
+    whole.triangles = room.cut.body().triangles;
+    CHECK(drawn(mesh.mesh()) == drawn(whole));
+  }
+  CHECK(changes >= 4);
+  CHECK(room.links >= 80);
+  // Changed triangles alone: less than the scene's mesh again for all changes together, a piece of it for each.
+  std::size_t scene_bytes = 0;
+  for (std::uint32_t k = 0; k < room.log.scene_pieces(); ++k) scene_bytes += bytes_of(room.piece(k));
+  CHECK(bytes / changes < scene_bytes / 2);
+  CHECK(bytes < 300 * room.links);
+
+  MeshAssembly late = room.viewer();
+  REQUIRE(ask(late, 0));
+  CHECK(late.mesh().triangles == mesh.mesh().triangles);
+
+  // A reset: the triangles are those of the scene again.
+  room.surface.renew(room.scene.body, nullptr);
+  room.log.take(room.surface.now());
+  REQUIRE(ask(mesh, 0.3));
+  CHECK(drawn(mesh.mesh()) == drawn(room.facts.mesh));
+}
+
+TEST_CASE("A change of a mesh that does not fit is refused, and all is asked for anew", "[view]") {
+  CutRoom room;
+  for (int step = 0; step < 4; ++step) room.grow(step);
+  MeshAssembly mesh = room.viewer();
+  mesh.want(room.log.pieces());
+  for (std::uint32_t k = 0; k < room.log.pieces(); ++k) {
+    MeshPiece piece = room.piece(k);
+    if (!piece.removed.empty()) piece.removed.back() = 100'000;
+    mesh.take(piece);
+  }
+  CHECK(mesh.rejected() == 1);
+  CHECK_FALSE(mesh.current());
+  CHECK(mesh.missing(16) == std::vector<std::uint32_t>{0});
+}
+
+TEST_CASE("Positions of vertices that a cut adds arrive, and blocks of vertices that are not known yet count as lost", "[view]") {
+  CutRoom room;
+  ShapeStream stream(room.facts, 20);
+  ShapeAssembly shapes;
+  shapes.rest(room.facts.mesh.vertices);
+  ShapeViewer viewer;
+  for (int step = 0; step < 8; ++step) room.grow(step);
+  stream.extend(room.log.mesh().vertices, room.log.vertex_of());
+  std::vector<Vec3> x;
+  for (const BodySurface::Vertex& vertex : room.surface.now()->vertices)
+    x.push_back(vertex.rest + Vec3(0.1 * vertex.rest.z(), 0, 0.002));
+  stream.take({Micros{1}, x, {}, {}});
+  viewer.tokens_bytes = 1e6;
+  std::vector<Shape> finished;
+  ShapePiece piece;
+  const auto send = [&] {
+    std::uint32_t misfits = 0;
+    stream.begin(viewer, Micros{1});
+    while (stream.next(viewer, piece)) {
+      if (!shapes.fits(piece)) {
+        ++misfits;
+        continue;
+      }
+      stream.sent(viewer, piece.frame, Micros{1});
+      shapes.take(piece, finished);
+    }
+    shapes.take(Tools{piece.frame, Micros{1}, 1, {}}, finished);
+    return misfits;
+  };
+  CHECK(send() > 0);
+  const auto before = static_cast<std::ptrdiff_t>(room.facts.mesh.vertices.size());
+  const std::vector<MeshVertex>& all = room.log.mesh().vertices;
+  REQUIRE(all.size() > room.facts.mesh.vertices.size());
+  shapes.extend({all.begin() + before, all.end()}, std::vector<std::uint32_t>(all.size() - static_cast<std::size_t>(before), 0));
+  stream.take({Micros{2}, x, {}, {}});
+  CHECK(send() == 0);
+  shapes.take(Tools{piece.frame + 1, Micros{3}, 0, {}}, finished);
+  REQUIRE_FALSE(finished.empty());
+  const Shape& shape = finished.back();
+  REQUIRE(shape.positions.size() == all.size());
+  for (std::size_t v = 0; v < all.size(); ++v)
+    CHECK((shape.positions[v].cast<double>() - x[room.log.vertex_of()[v]]).norm() < 1e-4);
+}

@@ -1,0 +1,268 @@
+// A blade that cuts while the room runs: energy and momentum where cells part, the work of the hand, other hands, loose pieces.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+
+#include "common/player/player.hpp"
+#include "server/dynamics/needle_ports.hpp"
+#include "server/room/room.hpp"
+#include "server/room/stepped_body.hpp"
+#include "server/scene/surface.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr double kBladeJ = 30, kEdgeM = 0.04, kBladeTopM = 0.04, kSpeedMS = 0.02, kQuarter = 1.5707963267948966;
+
+Scene blade_block(double spacing_m, const std::string& element = "hexahedron", const std::string& more = "") {
+  const auto nodes = [&](double extent_m) { return 1 + static_cast<int>(std::lround(extent_m / spacing_m)); };
+  return read_scene(
+      fmt::format(R"({{"body": {{"lattice": {{"nodes": [{}, {}, {}], "size_m": [0.06, 0.06, 0.04], "fixed_faces": ["z-"],
+      "solid": {{"element": "{}", "young_pa": 20000, "poisson": 0.45, "law": "neo-hookean", "damping_s": 0.01{}}}}},
+      "tissue": [{{"toughness_j_m2": 30, "puncture_n": 0.5}}]}},
+      "tool": {{"contact": "touch", "radius_m": 0.02, "blade": {{"length_m": 0.036, "width_m": 0.04}}}}}})",
+                  nodes(0.06), nodes(0.06), nodes(kBladeTopM), element, more),
+      "block");
+}
+
+/// A body and hands that move along paths of their own.
+struct BladeRoom {
+  explicit BladeRoom(const Scene& scene) : body(scene) { body.start(now); }
+  using Path = std::function<ToolPose(double)>;
+  SteppedBody body;
+  std::vector<Path> hands;
+  Micros begin{7'000'000}, now = begin;
+
+  void frame(Micros length = Micros{10'000}) {
+    FrameJob job;
+    job.target = now + length;
+    job.may_sleep = false;
+    for (std::size_t k = 0; k < hands.size(); ++k) {
+      StationJob hand;
+      hand.id = static_cast<StationId>(k + 1);
+      for (Micros t = now; t <= job.target + kTick; t += kTick) {
+        const ToolPose pose = hands[k](seconds(t - begin));
+        hand.samples.push_back({t, pose.position, pose.turn});
+      }
+      job.stations.push_back(hand);
+    }
+    now = job.target;
+    const auto report = body.step(job);
+    REQUIRE(report);
+    REQUIRE(report->converged);
+  }
+  Vec3 force(StationId id) const {
+    Vec3 sum = Vec3::Zero();
+    for (const std::size_t k : body.ports_of(id))
+      if (body.ports()[k].touching) sum -= body.ports()[k].lambda;
+    return sum;
+  }
+  const NeedleTip& tip() const { return body.ports()[body.ports_of(1).front()].needle.tip; }
+};
+
+/// Down along z with its edge along y.
+BladeRoom::Path stab(double x_m, double y_m, double deepest_m) {
+  return [=](double s) {
+    return ToolPose(Vec3(x_m, y_m, kBladeTopM + 0.001 - std::min(kSpeedMS * s, 0.001 + deepest_m)),
+                    Rotation(Eigen::AngleAxisd(kQuarter, Vec3::UnitZ())));
+  };
+}
+
+}  // namespace
+
+TEST_CASE("Where a blade parts cells, their copies begin with the motion and the acceleration of what they were", "[blade]") {
+  const std::string element = GENERATE("hexahedron", "tetrahedron");
+  CAPTURE(element);
+  BladeRoom room(blade_block(0.01, element, R"(, "relaxation": [{"share": 0.3, "time_s": 0.2}])"));
+  room.hands = {stab(0.0312, 0.029, 0.03)};
+  const double mass = room.body.dynamics().masses().sum();
+  int splits = 0;
+  for (int k = 0; k < 160; ++k) {
+    room.frame();
+    const auto& parted = room.body.parted();
+    const SteppedBody& body = room.body;
+    CHECK(body.dynamics().masses().sum() == Approx(mass).epsilon(1e-12));
+    if (!parted) continue;
+    ++splits;
+    CHECK(parted->loose == 0);
+    CHECK(check_edges(body.scene().body.triangles).closed());
+    Vector load;
+    body.dynamics().forces(body.state(), load);
+    for (const ToolPort& port : body.ports())
+      if (port.touching) scatter(weights_of(body.skin(), port), port.lambda, load);
+    std::map<std::uint32_t, std::uint32_t> first;
+    Vec3 traction = Vec3::Zero();
+    double largest = 0, off = 0, moved = 0;
+    for (std::uint32_t i = 0; i < body.dynamics().nodes(); ++i) {
+      const std::uint32_t j = first.try_emplace(parted->node_before[i], i).first->second;
+      if (body.scene().body.fixed[i] != 0) continue;
+      const auto acceleration = [&](std::uint32_t node) {
+        return Vec3(at_node(load, node) / body.dynamics().masses()[3 * node]);
+      };
+      moved = std::max({moved, (at_node(body.state().x, i) - at_node(body.state().x, j)).norm(),
+                        (at_node(body.state().v, i) - at_node(body.state().v, j)).norm()});
+      largest = std::max(largest, acceleration(i).norm());
+      off = std::max(off, (acceleration(i) - acceleration(j)).norm());
+      traction += at_node(body.state().traction->load, i);
+    }
+    CHECK(moved == 0);
+    CHECK(off <= 1e-9 * largest);
+    CHECK(traction.norm() <= 1e-9 * body.state().traction->load.norm() + 1e-15);
+  }
+  CHECK(splits >= 3);
+  CHECK(room.body.dynamics().nodes() > room.body.uncut().nodes.size());
+}
+
+TEST_CASE("The work of the hand over the area of the cut, less the energy that the body keeps, is the toughness", "[blade]") {
+  const double spacing_m = GENERATE(0.01, 0.006667);
+  CAPTURE(spacing_m);
+  BladeRoom room(blade_block(spacing_m));
+  room.hands = {stab(0.0312, 0.0301, 0.03)};
+  double work_j = 0, begin_j = 0, begin_m = 0, before_n = 0;
+  double mean_n = 0;
+  int frames = 0;
+  while (room.now - room.begin < Micros{1'400'000}) {
+    const double z_m = room.hands[0](seconds(room.now - room.begin)).position.z();
+    room.frame();
+    const double force_n = room.force(1).z(), next_m = room.hands[0](seconds(room.now - room.begin)).position.z();
+    work_j += 0.5 * (before_n + force_n) * (z_m - next_m);
+    before_n = force_n;
+    const double front_m = room.tip().front_m;
+    if (front_m < 0.004) {
+      begin_m = front_m;
+      begin_j = work_j - room.body.dynamics().energy(room.body.state());
+      continue;
+    }
+    mean_n += force_n;
+    ++frames;
+  }
+  const double area = kEdgeM * (room.tip().front_m - begin_m);
+  REQUIRE(area > kEdgeM * 0.01);
+  const double kept_j = room.body.dynamics().energy(room.body.state());
+  const double per_area = (work_j - kept_j - begin_j) / area;
+  CHECK(per_area == Approx(kBladeJ).epsilon(0.05));
+  CHECK(mean_n / frames == Approx(kBladeJ * kEdgeM).epsilon(0.05));
+  CHECK(room.body.dynamics().nodes() > room.body.uncut().nodes.size());
+}
+
+TEST_CASE("A hand that holds the tissue beside a blade feels no step where cells part", "[blade]") {
+  BladeRoom room(blade_block(0.01));
+  const auto hold = [](double) { return Vec3(0.044, 0.03, kBladeTopM - 0.0015); };
+  room.hands = {stab(0.0312, 0.029, 0.03), hold};
+  std::vector<double> held;
+  std::uint32_t epochs = 0;
+  double most_n = 0;
+  for (int k = 0; k < 160; ++k) {
+    room.frame();
+    held.push_back(room.force(2).z());
+    epochs = room.body.epoch();
+    if (held.size() > 2 && epochs > 0) most_n = std::max(most_n, std::abs(held[held.size() - 1] - held[held.size() - 3]));
+  }
+  CHECK(epochs >= 2);
+  CHECK(held.back() > 0.05);
+  CHECK(most_n < 0.05);
+}
+
+TEST_CASE("A piece that a blade cuts off is left out, and a reset makes the body whole", "[blade]") {
+  const Scene scene = read_scene(R"({"body": {"lattice": {"nodes": [7, 4, 4], "size_m": [0.06, 0.03, 0.03], "fixed_faces": ["x-"],
+      "solid": {"element": "hexahedron", "young_pa": 30000, "poisson": 0.4, "damping_s": 0.02}},
+      "tissue": [{"toughness_j_m2": 10, "puncture_n": 0.1}]},
+      "tool": {"contact": "touch", "radius_m": 0.02, "blade": {"length_m": 0.05, "width_m": 0.04}}})",
+                                 "beam");
+  BladeRoom room(scene);
+  room.hands = {[](double s) {
+    return ToolPose(Vec3(0.0245, 0.0151, 0.031 - std::min(0.03 * s, 0.046)),
+                    Rotation(Eigen::AngleAxisd(kQuarter, Vec3::UnitZ())));
+  }};
+  const double mass = room.body.dynamics().masses().sum();
+  std::size_t loose = 0;
+  for (int k = 0; k < 180 && loose == 0; ++k) {
+    room.frame();
+    if (room.body.parted()) loose += room.body.parted()->loose;
+  }
+  CHECK(loose == 3 * 3 * 3 + 3 * 3);
+  CHECK(room.body.dynamics().masses().sum() == Approx(mass * 0.0245 / 0.06).epsilon(0.03));
+  for (int k = 0; k < 20; ++k) room.frame();
+  CHECK(room.body.state().x.allFinite());
+  FrameJob job;
+  job.target = room.now + Micros{50'000};
+  job.reset = true;
+  room.body.step(job);
+  CHECK(room.body.dynamics().masses().sum() == mass);
+  CHECK((room.body.state().x - room.body.rest().x).norm() < 1e-9);
+}
+
+TEST_CASE("A player with the patches of a blade feels what it does while cells part", "[blade]") {
+  const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
+  CAPTURE(scheme);
+  const Scene scene = blade_block(0.01);
+  Room room(scene);
+  Micros now{7'000'000};
+  const Micros begin = now;
+  room.start(now);
+  const BladeRoom::Path path = stab(0.0312, 0.029, 0.03);
+  std::optional<PatchPlayer> player;
+  double error_n = 0, peak_n = 0;
+  std::size_t vertices = 0;
+  for (int k = 0; k < 36; ++k) {
+    FrameJob job;
+    job.target = now + Micros{50'000};
+    job.shapes = true;
+    StationJob hand;
+    hand.id = 1;
+    hand.scheme = scheme;
+    hand.horizon = Micros{100'000};
+    for (Micros t = now + kTick; t <= job.target + kTick; t += kTick) {
+      const ToolPose pose = path(seconds(t - begin));
+      hand.samples.push_back({t, pose.position, pose.turn});
+    }
+    job.stations.push_back(hand);
+    now = job.target;
+    const FrameResult result = room.run(job);
+    REQUIRE_FALSE(result.failed);
+    const StationFrame& frame = result.stations.front();
+    vertices = result.positions.size();
+    if (player) {
+      for (Micros t = player->time() + kTick; t <= now; t += kTick) {
+        const ToolPose pose = path(seconds(t - begin));
+        player->advance({t, pose.position, pose.turn});
+      }
+      error_n = std::max(error_n, (player->output().force - frame.force).norm());
+      peak_n = std::max(peak_n, frame.force.norm());
+    }
+    player.reset();
+    if (!frame.patch) continue;
+    REQUIRE(check(*frame.patch) == PatchFault::none);
+    player.emplace(*frame.patch, frame.terms);
+  }
+  REQUIRE(peak_n > 0.5);
+  CHECK(error_n < 0.1 * peak_n);
+  CHECK(vertices > scene.body.nodes.size());
+}
+
+TEST_CASE("The cut of the scene's blade stays open when the blade has left", "[blade]") {
+  BladeRoom room(load_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/cuts/blade.json"));
+  constexpr double kTop = 0.064;
+  room.hands = {[](double s) {
+    const double in_m = 0.03 * (s < 1.4 ? s : 2.8 - s) - 0.005;
+    return ToolPose(Vec3(0.001, 0.002, kTop - in_m));
+  }};
+  double most_n = 0;
+  for (int k = 0; k < 100; ++k) {
+    room.frame(Micros{30'000});
+    most_n = std::max(most_n, room.force(1).z());
+  }
+  CHECK(most_n > 1.2);
+  CHECK_FALSE(room.tip().inside);
+  const LumpedBody& body = room.body.scene().body;
+  double open_m = 0;
+  for (std::uint32_t a = 0; a < body.nodes.size(); ++a)
+    for (std::uint32_t b = 0; b < a; ++b)
+      if (body.nodes[a] == body.nodes[b])
+        open_m = std::max(open_m, (at_node(room.body.state().x, a) - at_node(room.body.state().x, b)).norm());
+  CHECK(open_m > 5e-4);
+}
