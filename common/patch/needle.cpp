@@ -63,7 +63,7 @@ void move_tip(const NeedleLayers& layers, NeedleTip& tip, double slip_m) noexcep
     return;
   }
   tip.depth_m = std::min(tip.depth_m + slip_m, tip.front_m);
-  tip.inside = tip.depth_m > 0;
+  tip.inside = slip_m >= 0 || tip.depth_m > 0;
 }
 
 double shaft_share_m(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept {

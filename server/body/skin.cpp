@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
+#include <functional>
+#include <optional>
+#include <queue>
 
 namespace palpate {
 
@@ -11,24 +12,50 @@ namespace {
 
 constexpr double kLongestPath = 1.5;  // of a path along edges, relative to the radius
 
-/// Returns the vertices in reach of one, along edges.
-std::vector<std::uint32_t> in_reach(const SurfaceView& surface, const std::vector<Vec3>& x, std::uint32_t from, double reach_m) {
-  std::map<std::uint32_t, double> found;
-  std::set<std::pair<double, std::uint32_t>> next{{0.0, from}};
-  while (!next.empty()) {
-    const auto [way_m, i] = *next.begin();
-    next.erase(next.begin());
-    if (!found.try_emplace(i, way_m).second) continue;
-    for (std::uint32_t e = surface.first[i]; e < surface.first[i + 1]; ++e)
-      for (const std::uint32_t j : surface.triangles[surface.incident[e]]) {
-        const double to_m = way_m + (x[j] - x[i]).norm();
-        if (to_m <= reach_m && !found.contains(j)) next.emplace(to_m, j);
-      }
+/// Vertices in reach of one along the edges of a surface.
+class Reach {
+ public:
+  Reach(const SurfaceView& surface, const std::vector<Vec3>& x) : way_m_(x.size()), seen_(x.size(), 0) {
+    first_.push_back(0);
+    for (std::uint32_t i = 0; i < x.size(); ++i) {
+      const std::size_t begin = to_.size();
+      for (std::uint32_t e = surface.first[i]; e < surface.first[i + 1]; ++e)
+        for (const std::uint32_t j : surface.triangles[surface.incident[e]])
+          if (j != i && std::find(to_.begin() + static_cast<std::ptrdiff_t>(begin), to_.end(), j) == to_.end()) to_.push_back(j);
+      for (std::size_t k = begin; k < to_.size(); ++k) length_m_.push_back((x[to_[k]] - x[i]).norm());
+      first_.push_back(to_.size());
+    }
   }
-  std::vector<std::uint32_t> vertices;
-  for (const auto& [vertex, way_m] : found) vertices.push_back(vertex);
-  return vertices;
-}
+
+  /// Returns those to which a path of `reach_m` at most leads, ascending.
+  std::vector<std::uint32_t> from(std::uint32_t start, double reach_m) {
+    ++search_;
+    std::vector<std::uint32_t> found;
+    std::priority_queue<std::pair<double, std::uint32_t>, std::vector<std::pair<double, std::uint32_t>>, std::greater<>> next;
+    const auto reached = [&](std::uint32_t j, double way_m) {
+      if (way_m > reach_m || (seen_[j] == search_ && way_m_[j] <= way_m)) return;
+      if (seen_[j] != search_) found.push_back(j);
+      seen_[j] = search_;
+      way_m_[j] = way_m;
+      next.emplace(way_m, j);
+    };
+    for (reached(start, 0); !next.empty();) {
+      const auto [way_m, i] = next.top();
+      next.pop();
+      if (way_m > way_m_[i]) continue;
+      for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) reached(to_[k], way_m + length_m_[k]);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+ private:
+  std::vector<std::size_t> first_;  // edges of each vertex
+  std::vector<std::uint32_t> to_;
+  std::vector<double> length_m_, way_m_;
+  std::vector<std::uint32_t> seen_;  // the last search that reached each vertex
+  std::uint32_t search_ = 0;
+};
 
 }  // namespace
 
@@ -37,6 +64,8 @@ Skin::Skin(const LumpedBody& body, double radius_m)
   for (const Triangle& t : body.triangles) vertices_.insert(vertices_.end(), t.begin(), t.end());
   std::sort(vertices_.begin(), vertices_.end());
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+  std::optional<Reach> reach;
+  if (!body.embedded.empty()) reach.emplace(surface_.view(), rest_);
   for (const std::uint32_t i : vertices_) {
     box_.extend(rest_[i]);
     double sum = 0;
@@ -53,12 +82,9 @@ Skin::Skin(const LumpedBody& body, double radius_m)
         sum += weight;
       }
     };
-    if (body.embedded.empty())
-      average(vertices_);
-    else
-      average(in_reach(surface_.view(), rest_, i, kLongestPath * radius_m));
+    average(reach ? reach->from(i, kLongestPath * radius_m) : vertices_);
     for (auto& entry : smooth_[i]) entry.second /= sum;
-    if (!body.embedded.empty()) smooth_[i] = merged(std::move(smooth_[i]));
+    if (reach) smooth_[i] = merged(std::move(smooth_[i]));
   }
 }
 

@@ -71,6 +71,16 @@ TEST_CASE("The lengths of shaft that the points of a path stand for are together
   }
 }
 
+TEST_CASE("A tip that is inside but not pushed enough to cut stays inside, and leaves where it is pulled") {
+  const NeedleLayers layers = one_layer();
+  NeedleTip tip{true, 0, 0, 0};
+  move_tip(layers, tip, 0);
+  CHECK(tip.inside);
+  CHECK(tip.depth_m == 0);
+  move_tip(layers, tip, -1e-6);
+  CHECK_FALSE(tip.inside);
+}
+
 TEST_CASE("A tip that is pushed steadily bears the toughness times its width, and its shaft the friction of its length") {
   FixedBody body{one_layer()};
   for (int k = 1; k <= 300; ++k) body.move_to(1e-4 * k);
