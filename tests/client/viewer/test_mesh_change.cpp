@@ -1,13 +1,17 @@
 // The mesh of a body that blades cut: a log of pieces at the server, put together by a viewer over a link that loses some.
 #include <catch2/catch.hpp>
+#include <memory>
 #include <set>
 
 #include "client/viewer/mesh_assembly.hpp"
 #include "client/viewer/shape_assembly.hpp"
+#include "client/viewer/view_core.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/random.hpp"
 #include "common/wire/codec.hpp"
 #include "server/core/mesh_log.hpp"
 #include "server/core/mesh_pieces.hpp"
+#include "server/core/server_core.hpp"
 #include "server/core/shape_stream.hpp"
 
 using namespace palpate;
@@ -173,4 +177,94 @@ TEST_CASE("Positions of vertices that a cut adds arrive, and blocks of vertices 
   REQUIRE(shape.positions.size() == all.size());
   for (std::size_t v = 0; v < all.size(); ++v)
     CHECK((shape.positions[v].cast<double>() - x[room.log.vertex_of()[v]]).norm() < 1e-4);
+}
+
+namespace {
+
+/// The real server core and viewers, on a link of 20 ms each way that loses some datagrams.
+struct CutWorld {
+  CutRoom room;
+  ServerCore server{room.facts, {.draw = repeatable(7), .rate_hz = 20}};
+  std::vector<std::unique_ptr<ViewCore>> viewers;
+  struct InFlight {
+    Micros at;
+    std::size_t viewer;
+    std::vector<std::byte> bytes;
+  };
+  std::vector<InFlight> up, down;
+  Random random{3};
+  double loss = 0;
+  Micros now{0};
+
+  static Vec3 place(const Vec3& rest, Micros t) { return rest + Vec3(0.1 * rest.z(), 0, 0.01 * std::sin(3 * seconds(t))); }
+  void run(Micros span) {
+    std::array<std::byte, kMaxDatagramBytes> out;
+    const auto send = [&](std::vector<InFlight>& line, std::size_t viewer, std::size_t size) {
+      if (random.uniform() >= loss)
+        line.push_back({now + Micros{20'000}, viewer, {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)}});
+    };
+    const auto deliver = [&](std::vector<InFlight>& line, const auto& take) {
+      for (const InFlight& d : line)
+        if (d.at <= now) take(d);
+      std::erase_if(line, [this](const InFlight& d) { return d.at <= now; });
+    };
+    for (const Micros end = now + span; now < end; now += Micros{5'000}) {
+      deliver(down, [this](const InFlight& d) { viewers[d.viewer]->take(d.bytes, now); });
+      for (std::size_t k = 0; k < viewers.size(); ++k) {
+        viewers[k]->tick(now);
+        while (const auto size = viewers[k]->emit(out, now)) send(up, k, size);
+      }
+      deliver(up, [this](const InFlight& d) { server.take(d.bytes, static_cast<PeerId>(d.viewer + 1), now); });
+      server.tick(now);
+      if (const auto job = server.next_job(now)) {
+        FrameResult result;
+        result.stamp = job->target;
+        result.surface = room.surface.now();
+        if (job->shapes) {
+          std::vector<Vec3> of_vertices;
+          for (const Vec3& x : vertices_at_rest(room.cut.body())) of_vertices.push_back(place(x, job->target));
+          result.positions = room.surface.by_number(of_vertices, [](const Vec3& rest) { return rest; });
+        }
+        server.finish(std::move(result), now);
+      }
+      PeerId to = 0;
+      while (const auto size = server.emit(out, to, now))
+        if (to >= 1) send(down, static_cast<std::size_t>(to - 1), size);
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Viewers show a body while it is cut, over a link with losses, and one that joins late shows the same", "[view]") {
+  CutWorld world;
+  world.loss = 0.2;
+  world.viewers.push_back(std::make_unique<ViewCore>("first", world.now));
+  world.run(Micros{2'000'000});
+  REQUIRE(world.viewers[0]->ready());
+  ViewMoment moment;
+  for (int step = 0; step < 16; ++step) {
+    world.room.grow(step);
+    world.run(Micros{300'000});
+    REQUIRE(world.viewers[0]->show(world.now, moment));
+    CHECK(moment.shape.positions.size() == world.viewers[0]->rest().size());
+  }
+  world.viewers.push_back(std::make_unique<ViewCore>("late", world.now));
+  world.run(Micros{3'000'000});
+  BodyMesh whole;
+  for (const Vec3& x : vertices_at_rest(world.room.cut.body())) whole.vertices.push_back({x.unaryExpr(&to_rest_step)});
+  whole.triangles = world.room.cut.body().triangles;
+  for (const auto& viewer : world.viewers) {
+    REQUIRE(viewer->ready());
+    CHECK(drawn(viewer->mesh()) == drawn(whole));
+    CHECK(viewer->mesh_version() > 1);
+    REQUIRE(viewer->show(world.now, moment));
+    double error_m = 0;
+    for (const Triangle& t : viewer->mesh().triangles)
+      for (const std::uint32_t v : t)
+        error_m = std::max(error_m, (moment.shape.positions[v].cast<double>() -
+                                     CutWorld::place(viewer->mesh().vertices[v].rest, moment.shape.body_time))
+                                        .norm());
+    CHECK(error_m < 5e-4);
+  }
 }

@@ -133,6 +133,21 @@ TEST_CASE("A needle goes through the tissue of its scene, and is drawn along its
   CHECK(shape.front().radius_m == Approx(0.0005).margin(kToolStepM));
 }
 
+TEST_CASE("A blade is a needle with an edge, and is refused where it cannot cut") {
+  const std::string blade = R"({"blade": {"length_m": 0.04, "width_m": 0.02}})", tissue = R"([{"toughness_j_m2": 30}])";
+  CHECK(needle_refusal(blade, tissue) == "");
+  CHECK_THAT(refusal(blade), Contains("body.tissue"));
+  CHECK_THAT(needle_refusal(R"({"blade": {"length_m": 0.04}})", tissue), Contains("tool.blade.width_m"));
+  CHECK_THAT(needle_refusal(R"({"blade": {"length_m": 0.04, "width_m": 0.2}})", tissue), Contains("0.1"));
+  CHECK_THAT(needle_refusal(R"({"named": "ball", "blade": {"length_m": 0.04, "width_m": 0.02}})", tissue),
+             Contains("one of them"));
+  CHECK_THAT(needle_refusal(R"({"contact": "attach", "blade": {"length_m": 0.04, "width_m": 0.02}})", tissue), Contains("touch"));
+  const ToolShape shape = drawn_shape({.needle = NeedleSpec{0.04, 0.02, true}});
+  REQUIRE(shape.size() == kMaxToolSpheres);
+  CHECK(shape.front().centre.x() == Approx(-0.01).margin(kToolStepM));
+  CHECK(shape.back().centre.z() == Approx(0.04).margin(kToolStepM));
+}
+
 TEST_CASE("A needle that cannot be, or a body that it cannot enter, is refused with what was expected") {
   const std::string needle = R"({"needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue = R"([{"toughness_j_m2": 164}])";
   CHECK_THAT(refusal(needle), Contains("body.tissue"));
