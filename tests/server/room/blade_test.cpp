@@ -164,7 +164,7 @@ TEST_CASE("A hand that holds the tissue beside a blade feels no step where cells
   }
   CHECK(epochs >= 2);
   CHECK(held.back() > 0.05);
-  CHECK(most_n < 0.05);
+  CHECK(most_n < 0.01);  // 0.025 where the traction is let go at once
 }
 
 TEST_CASE("A piece that a blade cuts off is left out, and a reset makes the body whole", "[blade]") {
