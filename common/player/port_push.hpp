@@ -16,12 +16,10 @@ namespace palpate {
 /// s: share of a contact's push that counts in the next step, where the modes yield by `moved` to a push that lasts a step [m/N].
 double share_of_next_step(double contact_stiffness_n_m, const Mat3& moved) noexcept;
 
-using PortResponse = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3>;  ///< 2 r x 3
-
 struct PortPush {
-  PortResponse response;           ///< Psi0 R^T
-  double share_next = 0;           ///< s
-  Mat3 compliance = Mat3::Zero();  ///< C
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMaxStates, 3> response;  ///< Psi0 R^T
+  double share_next = 0;                                                              ///< s
+  Mat3 compliance = Mat3::Zero();                                                     ///< C
   Vec3 lambda = Vec3::Zero();
 
   /// Sets s and C from `response` and R = `rows`.

@@ -47,24 +47,22 @@ Vec3 PlayedSurface::vertex(int i, const ModeVector& q) const {
   return at;
 }
 
-PortRows PlayedSurface::rows_at(const SurfacePoint& point) const noexcept {
+void PlayedSurface::respond(const SurfacePoint& point, PortRows& rows, PortPush& push) const noexcept {
   assert(point.triangle < count_);
   const Triangle& corners = triangles_[point.triangle];
-  PortRows rows = point.weight[0] * rows_.middleRows<3>(3 * corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) rows += point.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
-  return rows;
-}
-
-PortResponse PlayedSurface::response_at(const SurfacePoint& point) const noexcept {
-  assert(point.triangle < count_);
-  const Triangle& corners = triangles_[point.triangle];
-  PortResponse response = point.weight[0] * responses_.middleCols<3>(3 * corners[0]);
-  for (std::size_t k = 1; k < 3; ++k) response += point.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
-  return response;
+  rows = point.weight[0] * rows_.middleRows<3>(3 * corners[0]);
+  push.response = point.weight[0] * responses_.middleCols<3>(3 * corners[0]);
+  for (std::size_t k = 1; k < 3; ++k) {
+    rows += point.weight[static_cast<int>(k)] * rows_.middleRows<3>(3 * corners[k]);
+    push.response += point.weight[static_cast<int>(k)] * responses_.middleCols<3>(3 * corners[k]);
+  }
 }
 
 void SurfaceContact::compensate_slides(const Patch& patch, const PlayedSurface& surface) {
-  slide_compliance_.emplace(patch, surface.rows_at(point_), point_.weight);
+  PortRows rows;
+  PortPush push;
+  surface.respond(point_, rows, push);
+  slide_compliance_.emplace(patch, rows, point_.weight);
 }
 
 Vec3 SurfaceContact::place(const PlayedSurface& surface) const noexcept {
@@ -75,10 +73,7 @@ void SurfaceContact::respond(const PlayedSurface& surface, double contact_stiffn
   has_response_ = true;
   PortRows rows;
   rows.resize(3, 0);
-  if (surface.has_modes()) {
-    rows = surface.rows_at(point_);
-    push.response = surface.response_at(point_);
-  }
+  if (surface.has_modes()) surface.respond(point_, rows, push);
   if (slide_compliance_) slid_ = SlideCompliance::grown(slid_, slide_compliance_->missing(rows, point_.weight));
   push.set_compliance(rows, contact_stiffness_n_m, c_static_ + slid_);
 }

@@ -35,10 +35,8 @@ class PlayedSurface {
   /// Moves all vertices with the modes.
   void place(const ModeVector& q) noexcept;
   Vec3 vertex(int i, const ModeVector& q) const;
-  /// Returns R at a point.
-  PortRows rows_at(const SurfacePoint& point) const noexcept;
-  /// Returns Psi0 R^T at a point.
-  PortResponse response_at(const SurfacePoint& point) const noexcept;
+  /// Sets R at a point, and Psi0 R^T.
+  void respond(const SurfacePoint& point, PortRows& rows, PortPush& push) const noexcept;
 
  private:
   std::size_t count_ = 0;  // of triangles

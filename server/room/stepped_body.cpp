@@ -73,7 +73,8 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
   return report;
 }
 
-/// After a change of the body's nodes. The kind of integrator and the softest mode are those of the uncut body.
+/// Replaces the steppers after a change of the body's nodes. The kind of integrator and the softest mode are those of the uncut
+/// body.
 void SteppedBody::renew_steppers() {
   integrator_ = same_stepper(integrator_, *dynamics_, skin_);
   // Under gravity the rest of the uncut body is no equilibrium of a cut one.
