@@ -34,7 +34,9 @@ class Display:
             self.run("xprop", "-root", "-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER", f"Xft.dpi:\t{dots_per_inch}")
 
     def run(self, *command):
-        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True, timeout=PATIENCE_S).stdout
+        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=PATIENCE_S)
+        assert done.returncode == 0, f"{' '.join(command)}: exit {done.returncode}: {done.stderr}"
+        return done.stdout
 
     def xdotool(self, *arguments):
         return self.run("xdotool", *map(str, arguments))
@@ -55,10 +57,11 @@ class View:
         self.program = subprocess.Popen([programs / "palpate-view", *arguments], env=display.environment, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, text=True)
         until = time.monotonic() + PATIENCE_S
-        while not self.windows():
+        while not (windows := self.windows()):
             assert self.program.poll() is None, f"no window: {self.program.communicate()[1]}"
             assert time.monotonic() < until, "no window"
             time.sleep(0.05)
+        self.window = windows[0]
 
     def windows(self):
         found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^Palpate$"], env=self.display.environment,
@@ -67,7 +70,7 @@ class View:
 
     def close(self):
         """By its key; what it said on the way."""
-        self.display.xdotool("key", "--window", self.windows()[0], "q")
+        self.display.xdotool("key", "--window", self.window, "q")
         said, complaint = self.program.communicate(timeout=PATIENCE_S)
         assert self.program.returncode == 0, f"exit {self.program.returncode}: {complaint}"
         assert complaint == "", complaint
@@ -116,7 +119,7 @@ def check_dense(programs):
     """On a display of 192 dots an inch a window is as large as on one of 96, in inches."""
     with Display("2700x1700", dots_per_inch=192) as display:
         view = View(programs, display, "--server", NOBODY)
-        shape = display.xdotool("getwindowgeometry", view.windows()[0])
+        shape = display.xdotool("getwindowgeometry", view.window)
         view.close()
         assert "2560x1600" in shape, shape
 
