@@ -6,7 +6,7 @@
 namespace palpate {
 
 inline constexpr std::size_t kMaxDatagramBytes = 1200;  ///< UDP payload that crosses any path unfragmented
-inline constexpr int kMaxModes = 16;                    ///< modes r of a patch; states are 2 r
+inline constexpr int kMaxModes = 17;                    ///< modes r of a patch; states are 2 r
 inline constexpr int kMaxPortVertices = 24;             ///< vertices of a patch's local surface
 inline constexpr int kMaxPortTriangles = 40;            ///< triangles of a patch's local surface
 inline constexpr int kMaxSamplesPerDatagram = 64;       ///< tool samples in one datagram

@@ -25,7 +25,7 @@
 namespace palpate {
 
 inline constexpr int kPieceNumbers = 524;         ///< words of 16 bits that 1200 bytes hold besides the tables of a piece
-inline constexpr int kUsualPieces = 4;            ///< a frame with these and its patch has at most 6000 bytes
+inline constexpr int kUsualPieces = 5;            ///< a frame with these and its patch has at most 7200 bytes
 inline constexpr std::uint8_t kNoHeldNode = 255;  ///< stored in a byte, above any of kMaxSampledNodes
 
 /// Figures that are known before the number of terms is.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/patch/packed_numbers.hpp"
 #include "common/wire/patch_wire.hpp"
 #include "common/wire/sense.hpp"
 
@@ -32,14 +33,24 @@ void read_modes(Walk<float>& floats, Walk<std::int16_t>& shorts, int r, Patch& p
   patch.damping.resize(r, r);
   patch.g.resize(r);
   patch.q_rate.resize(r);
+  if (r == 0) return;
   for (int i = 0; i < r; ++i) patch.stiffness[i] = floats.next();
-  for (int i = 0; i < r; ++i) patch.damping(i, i) = floats.next();
+  const float unit = floats.next();
+  for (int i = 0; i < r; ++i) patch.damping(i, i) = unit * packed::from_half(static_cast<std::uint16_t>(shorts.next()));
+  for (ModeVector* v : {&patch.g, &patch.q_rate}) {
+    const double step = floats.next();
+    for (int i = 0; i < r; ++i) (*v)[i] = shorts.next() * step;
+  }
   for (int i = 0; i < r; ++i)
     for (int j = 0; j < i; ++j) {
       const double both = std::sqrt(std::max(0.0, patch.damping(i, i)) * std::max(0.0, patch.damping(j, j)));
       patch.damping(i, j) = patch.damping(j, i) = shorts.next() * static_cast<double>(pack::kCouplingStep) * both;
     }
-  for (int i = 0; i < r; ++i) patch.g[i] = floats.next();
+}
+
+/// Returns the step of column m of the port rows.
+double row_step(const flatbuffers::Vector<std::int16_t>& shorts, int r, int m) {
+  return std::ldexp(1.0, shorts.Get(static_cast<flatbuffers::uoffset_t>(mode_shorts(r) + m)));
 }
 
 void read_port(Walk<float>& floats, int r, ModePort& port) {
@@ -52,10 +63,9 @@ WireFault read_attach(const wire::Patch& table, Patch& patch) {
   Walk<float> floats(table.floats());
   Walk<std::int16_t> shorts(table.shorts());
   const int r = modes_of(floats.left(), attach_floats);
-  if (r < 0 || !table.attach() || table.touch() || table.normals() || shorts.left() != coupling_shorts(r))
+  if (r < 0 || !table.attach() || table.touch() || table.normals() || shorts.left() != mode_shorts(r))
     return WireFault::malformed;
   read_modes(floats, shorts, r, patch);
-  for (int i = 0; i < r; ++i) patch.q_rate[i] = floats.next();
   read_port(floats, r, patch.b_k);
   read_port(floats, r, patch.b_d);
   patch.tool_velocity = pack::from(table.attach()->tool_velocity());
@@ -64,13 +74,10 @@ WireFault read_attach(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
-void read_surface(Walk<float>& steps, Walk<std::int16_t>& shorts, int r, const wire::TouchPort& touch, Patch& patch) {
+void read_surface(Walk<std::int16_t>& shorts, int r, const wire::TouchPort& touch, Patch& patch) {
   auto& surface = patch.surface;
-  std::array<double, kMaxModes> row_step{};
-  for (int m = 0; m < r; ++m) row_step[static_cast<std::size_t>(m)] = steps.next();
-  const double rate_step = r > 0 ? steps.next() : 0.0f;
-  for (int m = 0; m < r; ++m) patch.q_rate[m] = shorts.next() * rate_step;
-
+  std::array<double, kMaxModes> step{};
+  for (int m = 0; m < r; ++m) step[static_cast<std::size_t>(m)] = std::ldexp(1.0, shorts.next());
   const Vec3 origin = pack::from(touch.origin());
   const auto vertices = std::span(surface.vertices).first(static_cast<std::size_t>(surface.vertex_count));
   vertices[0].position = origin;
@@ -79,7 +86,7 @@ void read_surface(Walk<float>& steps, Walk<std::int16_t>& shorts, int r, const w
   for (auto& vertex : vertices) {
     vertex.rows.resize(3, r);
     for (int m = 0; m < r; ++m)
-      for (int k = 0; k < 3; ++k) vertex.rows(k, m) = shorts.next() * row_step[static_cast<std::size_t>(m)];
+      for (int k = 0; k < 3; ++k) vertex.rows(k, m) = shorts.next() * step[static_cast<std::size_t>(m)];
   }
   for (int t = 0; t < surface.triangle_count; ++t)
     surface.triangles[static_cast<std::size_t>(t)] = unpack_corners(static_cast<std::uint16_t>(shorts.next()));
@@ -97,7 +104,7 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   const int r = modes_of(floats.left(), touch_floats);
   const int vertices = table.head()->vertices();
   if (r < 0 || !table.touch() || table.attach() || vertices < 1 || vertices > kMaxPortVertices) return WireFault::malformed;
-  const int triangles = shorts.left() - coupling_shorts(r) - surface_shorts(r, vertices);
+  const int triangles = shorts.left() - mode_shorts(r) - surface_shorts(r, vertices);
   if (triangles < 0 || triangles > kMaxPortTriangles) return WireFault::malformed;
   const wire::TouchPort& touch = *table.touch();
   if (table.normals() && static_cast<int>(table.normals()->size()) != 2 * vertices) return WireFault::malformed;
@@ -105,7 +112,7 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   patch.surface.vertex_count = vertices;
   patch.surface.triangle_count = triangles;
   read_modes(floats, shorts, r, patch);
-  read_surface(floats, shorts, r, touch, patch);
+  read_surface(shorts, r, touch, patch);
   read_normals(table.normals(), patch.surface);
   patch.contact_stiffness_n_m = touch.coupling();
   patch.friction = touch.friction();
@@ -133,7 +140,7 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
     other.normal = unpack_normal(sent.normal_u(), sent.normal_v());
     other.rows.resize(3, r);
     for (int m = 0; m < r; ++m) {
-      const double step = table.floats()->Get(static_cast<flatbuffers::uoffset_t>(3 * r + m));  // as for the patch's vertices
+      const double step = row_step(*table.shorts(), r, m);
       for (int k = 0; k < 3; ++k) other.rows(k, m) = rows.next() * step;
     }
   }
@@ -185,7 +192,7 @@ WireFault read_needle(const wire::Patch& table, Patch& patch) {
     point.bond_m = from.bond();
     point.rows.resize(3, r);
     for (int m = 0; m < r; ++m) {
-      const double step = table.floats()->Get(static_cast<flatbuffers::uoffset_t>(3 * r + m));  // as for the patch's vertices
+      const double step = row_step(*table.shorts(), r, m);
       for (int k = 0; k < 3; ++k) point.rows(k, m) = rows.next() * step;
     }
   }

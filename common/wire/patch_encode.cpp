@@ -3,6 +3,7 @@
 #include <cmath>
 #include <span>
 
+#include "common/patch/packed_numbers.hpp"
 #include "common/wire/patch_wire.hpp"
 
 namespace palpate {
@@ -21,7 +22,7 @@ class Bounded {
 };
 using Floats = Bounded<float, static_cast<std::size_t>(attach_floats(kMaxModes))>;
 using Normals = Bounded<std::uint16_t, 2 * static_cast<std::size_t>(kMaxPortVertices)>;
-using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(coupling_shorts(kMaxModes) +
+using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(mode_shorts(kMaxModes) +
                                                               surface_shorts(kMaxModes, kMaxPortVertices) + kMaxPortTriangles)>;
 
 using OtherRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxOtherContacts)>;
@@ -61,21 +62,30 @@ bool has_finite_surface(const Patch& patch) {
 
 void add_modes(Floats& floats, Shorts& shorts, pack::Packer& packer, const Patch& patch) {
   const int r = patch.modes();
+  if (r == 0) return;
   for (int i = 0; i < r; ++i) floats.add(packer.number(patch.stiffness[i]));
-  std::array<double, kMaxModes> own{};  // as encoded
-  for (int i = 0; i < r; ++i) {
-    const float d = packer.number(patch.damping(i, i));
-    floats.add(d);
-    own[static_cast<std::size_t>(i)] = d;
+  Eigen::Matrix<float, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxModes, 1> own(r);
+  for (int i = 0; i < r; ++i) own[i] = packer.number(patch.damping(i, i));
+  const float unit = packed::unit_of(own);
+  floats.add(unit);
+  for (float& d : own) {
+    std::uint16_t half = packed::to_half(d / unit);
+    if (unit * packed::from_half(half) < d) ++half;  // upwards: more damping keeps D, and D with B_d, semi-definite
+    shorts.add(static_cast<std::int16_t>(half));
+    d = unit * packed::from_half(half);  // as received
+  }
+  for (const ModeVector* v : {&patch.g, &patch.q_rate}) {
+    const float step = pack::short_step(packer.number(v->cwiseAbs().maxCoeff()));
+    floats.add(step);
+    for (int i = 0; i < r; ++i) shorts.add(packer.ok() ? pack::to_short((*v)[i], step) : std::int16_t{0});
   }
   for (int i = 0; i < r; ++i)
     for (int j = 0; j < i; ++j) {
-      const double both = std::sqrt(own[static_cast<std::size_t>(i)] * own[static_cast<std::size_t>(j)]);
+      const double both = std::sqrt(static_cast<double>(own[i]) * own[j]);
       const double coupling = 0.5 * (patch.damping(i, j) + patch.damping(j, i));
       packer.require(std::isfinite(coupling));
       shorts.add(both > 0 && packer.ok() ? pack::to_short(coupling / both, pack::kCouplingStep) : std::int16_t{0});
     }
-  for (int i = 0; i < r; ++i) floats.add(packer.number(patch.g[i]));
 }
 
 void add_port(Floats& floats, pack::Packer& packer, const ModePort& port) {
@@ -99,9 +109,12 @@ Normals normals_of(const PortSurface& surface) {
   return normals;
 }
 
-/// Adds the moving surface: steps into `floats`, everything else into `shorts`. Returns the step of positions.
-float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows, pack::Packer& packer,
-                  const Patch& patch, const Vec3& origin) {
+/// Returns the exponent of the least power of two that a number of `most` needs as the step of its short.
+int step_exponent(double most) { return static_cast<int>(std::ceil(std::log2(pack::short_step(most)))); }
+
+/// Adds the moving surface. Returns the step of positions.
+float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows, pack::Packer& packer, const Patch& patch,
+                  const Vec3& origin) {
   const int r = patch.modes();
   const auto vertices = std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count));
   std::array<float, kMaxModes> row_step{};
@@ -111,12 +124,10 @@ float add_surface(Floats& floats, Shorts& shorts, OtherRows& other_rows, NeedleR
     for (const OtherContact& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
     for (const PatchNeedle::Point& point : patch.needle.points)
       if (!patch.needle.empty()) largest = std::max(largest, point.rows.col(m).cwiseAbs().maxCoeff());
-    floats.add(row_step[static_cast<std::size_t>(m)] = pack::short_step(packer.number(largest)));
+    const int exponent = step_exponent(packer.number(largest));
+    shorts.add(static_cast<std::int16_t>(exponent));
+    row_step[static_cast<std::size_t>(m)] = std::ldexp(1.0F, exponent);
   }
-  const float rate_step = r > 0 ? pack::short_step(packer.number(patch.q_rate.cwiseAbs().maxCoeff())) : 0.0f;
-  if (r > 0) floats.add(rate_step);
-  for (int m = 0; m < r; ++m) shorts.add(pack::to_short(patch.q_rate[m], rate_step));
-
   double reach = 0;
   for (const auto& vertex : vertices.subspan(1)) reach = std::max(reach, (vertex.position - origin).cwiseAbs().maxCoeff());
   const float step = pack::short_step(packer.number(reach));
@@ -248,7 +259,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   if (!patch.constant) add_modes(floats, shorts, packer, patch);
   if (!patch.constant && is_touch) {
     const wire::Point origin = packer.point(patch.surface.vertices[0].position);
-    const float step = add_surface(floats, shorts, other_rows, needle_rows, packer, patch, pack::from(origin));
+    const float step = add_surface(shorts, other_rows, needle_rows, packer, patch, pack::from(origin));
     const std::uint16_t w0 = to_weight(patch.point.weight[0]);
     const std::uint16_t w1 = std::min(to_weight(patch.point.weight[1]), static_cast<std::uint16_t>(pack::kWeightMax - w0));
     touch = {packer.number(patch.contact_stiffness_n_m),
@@ -259,7 +270,6 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
              w0,
              w1};
   } else if (!patch.constant) {
-    for (int i = 0; i < patch.modes(); ++i) floats.add(packer.number(patch.q_rate[i]));
     add_port(floats, packer, patch.b_k);
     add_port(floats, packer, patch.b_d);
     attach = {packer.vec(patch.tool_velocity), packer.sym(patch.k_port), packer.sym(patch.d_port)};
@@ -340,8 +350,7 @@ int max_port_vertices(int modes, int triangles, bool loaded, int branches, Patch
   constexpr int kOverheadBytes = 224;  // size of a touch patch without the contents of its vectors, with alignment
   constexpr int kNormalBytes = 4;
   const int free_bytes = static_cast<int>(kMaxDatagramBytes) - kOverheadBytes -
-                         extra_bytes(modes, loaded, contacts, branches, modes) - 4 * touch_floats(modes) -
-                         2 * coupling_shorts(modes);
+                         extra_bytes(modes, loaded, contacts, branches, modes) - 4 * touch_floats(modes) - 2 * mode_shorts(modes);
   int vertices = 0;
   const auto bytes_of = [&](int n) {
     return 2 * surface_shorts(modes, n) + kNormalBytes * n + 2 * std::min(triangles, most_triangles(n));
@@ -355,7 +364,7 @@ int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
   int modes = kMaxModes;
   if (contact == ContactKind::attach) {
     const auto bytes_of = [&](int r) {
-      return kAttachBytes + 4 * attach_floats(r) + 2 * coupling_shorts(r) + extra_bytes(r, true, {}, branches, r + 3);
+      return kAttachBytes + 4 * attach_floats(r) + 2 * mode_shorts(r) + extra_bytes(r, true, {}, branches, r + 3);
     };
     while (bytes_of(modes) > static_cast<int>(kMaxDatagramBytes)) --modes;
     return modes;

@@ -11,11 +11,11 @@ namespace palpate {
 flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer, const Patch& patch);
 WireFault read_patch(const wire::Patch& table, Patch& patch);
 
-/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes; the couplings of D are shorts for both kinds of
+/// Numbers in `floats` and `shorts` (schema/wire.fbs) of a patch with r modes: those of the modes first, for both kinds of
 /// contact.
-inline constexpr int attach_floats(int r) { return 10 * r; }
-inline constexpr int touch_floats(int r) { return 4 * r + (r > 0 ? 1 : 0); }
-inline constexpr int coupling_shorts(int r) { return r * (r - 1) / 2; }
+inline constexpr int touch_floats(int r) { return r + (r > 0 ? 3 : 0); }
+inline constexpr int attach_floats(int r) { return touch_floats(r) + 6 * r; }
+inline constexpr int mode_shorts(int r) { return 3 * r + r * (r - 1) / 2; }
 inline constexpr int surface_shorts(int r, int vertices) { return r + 3 * (vertices - 1) + 3 * vertices * r; }
 
 /// A unit vector in two numbers of 16 bits: projected onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded

@@ -73,7 +73,8 @@ std::optional<std::vector<std::uint8_t>> held_around(BodyFrame& body, const Fram
 int modes_beside(const LinearPort& model) {
   const PatchRequest& request = model.request;
   int modes = std::min(modes_for(request.scheme, model.tool_port().kind, request.order), request.modes_max);
-  if (model.others.contacts.empty() && model.others.shaft.empty()) return modes;
+  const OtherTools& others = model.others;
+  if (model.grasp() || (others.contacts.empty() && others.shaft.empty() && others.load_rate.size() == 0)) return modes;
   // A triangle if terms carry more, else enough for the tool to move about between frames.
   const int least = model.hyper() || model.tool_port().on_path() ? 3 : 6;
   const PatchContacts contacts = contacts_of(model);
@@ -277,8 +278,7 @@ std::optional<BuiltPatch> build_patch(FrameModel& frame, std::size_t which, cons
 int modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::tangent) return 0;
   const bool attach = contact == ContactKind::attach;
-  const int usual =
-      scheme == Scheme::hyper ? (attach ? kHyperAttachOrder : kHyperTouchOrder) : (attach ? kAttachOrder : kTouchOrder);
+  const int usual = scheme == Scheme::hyper ? kHyperOrder : attach ? kAttachOrder : kTouchOrder;
   const int states = order > 0 ? order : usual;
   return std::clamp(states / 2, 1, kMaxModes);
 }

@@ -31,9 +31,8 @@ namespace palpate {
 /// Default number of states, two per mode. Measured: 44 for a grasp gain less than 0.2 dB (docs/notebook.md, 15); for a touch
 /// limited by a datagram with 12 vertices.
 inline constexpr int kAttachOrder = 22, kTouchOrder = 16;
-/// The same for `hyper`: for a grasp all that a datagram holds; for a touch measured: 14 or 16 modes are no more accurate in the
-/// same bytes (docs/notebook.md, 23).
-inline constexpr int kHyperAttachOrder = 2 * kMaxModes, kHyperTouchOrder = 30;
+/// The same for `hyper`: all that a datagram holds. Measured: 19 modes want more elements (docs/notebook.md, 71).
+inline constexpr int kHyperOrder = 2 * kMaxModes;
 /// Number of Krylov directions from which the modes of a touch are chosen, with one more for each wrench of a tool with several
 /// contacts. Measured: 24 and 32 are the same within 0.1 dB.
 inline constexpr int kCandidates = 16;

@@ -175,7 +175,7 @@ TEST_CASE("the most modes that a station may ask for fit: all for a grasp and fo
   loaded.load_rate = ModeVector::Ones(kMaxModes);
   CHECK(seeds::bytes_of(seeds::message(PatchMessage{loaded})).size() > 0);
   CHECK(max_port_modes(ContactKind::touch, Scheme::hyper) == kMaxModes);
-  CHECK(max_port_vertices(kMaxModes, kMaxPortTriangles, true) >= 3);
+  CHECK(max_port_vertices(kMaxModes, kMaxPortTriangles) >= 3);
   const int touch = max_port_modes(ContactKind::touch, Scheme::port);
   CHECK(max_port_vertices(touch) >= kMinUsefulVertices);
   CHECK(max_port_vertices(touch + 1) < kMinUsefulVertices);

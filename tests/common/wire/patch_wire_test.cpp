@@ -23,11 +23,25 @@ void check_float32(const A& got, const B& sent) {
     for (Eigen::Index i = 0; i < sent.rows(); ++i) CHECK(std::abs(got(i, j) - sent(i, j)) <= 6e-8 * std::abs(sent(i, j)));
 }
 
-/// D_ii is float32; the coupling of modes is within half a step of 1/32767 of sqrt(D_ii D_jj).
+constexpr double kHalfStep = 0.5 / 32767 * 1.0001;
+
+/// A vector of shorts: each number within half a step of 1/32767 of the largest.
+void check_shorts(const ModeVector& got, const ModeVector& sent) {
+  REQUIRE(got.size() == sent.size());
+  CHECK((sent.size() == 0 || (got - sent).cwiseAbs().maxCoeff() <= kHalfStep * sent.cwiseAbs().maxCoeff()));
+}
+
+/// D_ii is a half, never less than what was sent; the coupling of modes is within half a step of 1/32767 of sqrt(D_ii D_jj).
 void check_damping(const ModeMatrix& got, const ModeMatrix& sent) {
-  check_float32(got.diagonal(), sent.diagonal());
-  const ModeVector root = sent.diagonal().cwiseSqrt();
-  const ModeMatrix off = (got - sent).cwiseAbs().cwiseQuotient(root * root.transpose());
+  REQUIRE(got.rows() == sent.rows());
+  for (Eigen::Index i = 0; i < sent.rows(); ++i) {
+    CHECK(got(i, i) >= sent(i, i) * (1 - 6e-8));
+    CHECK(got(i, i) <= sent(i, i) * (1 + 0x1p-10));
+  }
+  const ModeVector root = got.diagonal().cwiseSqrt();
+  ModeMatrix apart = got - sent;
+  apart.diagonal().setZero();
+  const ModeMatrix off = apart.cwiseAbs().cwiseQuotient(root * root.transpose());
   CHECK((got.rows() == 0 || off.maxCoeff() <= 0.5 / 32767 + 1e-7));
 }
 
@@ -45,15 +59,15 @@ void check_common(const Patch& got, const Patch& sent) {
 
 }  // namespace
 
-TEST_CASE("a grasp's patch arrives with its model in float32, what damping couples in 16 bits") {
+TEST_CASE("a grasp's patch arrives with its stiffness in float32, forces and damping in 16 bits") {
   for (const int modes : {0, 1, 7, kMaxModes}) {
     const Patch sent = seeds::attach_patch(modes);
     const Patch got = round_trip(sent);
     check_common(got, sent);
     check_float32(got.stiffness, sent.stiffness);
     check_damping(got.damping, sent.damping);
-    check_float32(got.g, sent.g);
-    check_float32(got.q_rate, sent.q_rate);
+    check_shorts(got.g, sent.g);
+    check_shorts(got.q_rate, sent.q_rate);
     check_float32(got.b_k, sent.b_k);
     check_float32(got.b_d, sent.b_d);
     check_float32(got.k_port, sent.k_port);
@@ -68,10 +82,9 @@ TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest"
   check_common(got, sent);
   check_float32(got.stiffness, sent.stiffness);
   check_damping(got.damping, sent.damping);
-  check_float32(got.g, sent.g);
+  check_shorts(got.g, sent.g);
+  check_shorts(got.q_rate, sent.q_rate);
   check_float32(got.c_static, sent.c_static);
-  constexpr double kHalfStep = 0.5 / 32767 * 1.0001;
-  CHECK((got.q_rate - sent.q_rate).cwiseAbs().maxCoeff() <= kHalfStep * sent.q_rate.cwiseAbs().maxCoeff());
   CHECK(got.touching);
   CHECK(got.friction == Approx(0.3).epsilon(1e-7));
   CHECK(got.contact_stiffness_n_m == Approx(987.6).epsilon(1e-7));
@@ -88,7 +101,7 @@ TEST_CASE("a touch patch arrives with its surface to 16 bits of what is largest"
       largest = std::max(largest, b.cwiseAbs().maxCoeff());
       error = std::max(error, (a - b).cwiseAbs().maxCoeff());
     }
-    CHECK(error <= kHalfStep * largest);
+    CHECK(error <= 2 * kHalfStep * largest);  // the step is a power of two, up to twice what the largest needs
   }
   for (std::size_t i = 0; i < 12; ++i) {
     const Vec3 off = got.surface.vertices[i].position - sent.surface.vertices[i].position;
@@ -135,7 +148,7 @@ TEST_CASE("other tools arrive with their paths, normals and rows, and fit beside
     CHECK((a.acceleration - b.acceleration).cwiseAbs().maxCoeff() <= 0.5 / 1024);
     CHECK((a.normal - b.normal).norm() < 1e-4);
     for (int m = 0; m < 8; ++m)
-      CHECK((a.rows.col(m) - b.rows.col(m)).cwiseAbs().maxCoeff() <= 0.5001 / 32767 * std::max(4.4, 5.1) / (1 + m));
+      CHECK((a.rows.col(m) - b.rows.col(m)).cwiseAbs().maxCoeff() <= 1.0002 / 32767 * std::max(4.4, 5.1) / (1 + m));
   }
   for (int others = 0; others <= kMaxOtherContacts; ++others)
     for (int modes = 0; modes <= 10; ++modes) {

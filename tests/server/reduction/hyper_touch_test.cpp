@@ -29,7 +29,7 @@ Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
   Micros horizon{200'000};
-  int order = kHyperTouchOrder;
+  int order = kHyperOrder;
 
   LumpedBody body = box_body(6, 6, 4);
   Dynamics dynamics;
@@ -145,7 +145,7 @@ TEST_CASE("A touched body of which one node moves has no modes but its own, and 
   const std::uint32_t node = touch.skin.view().triangles[touch.ports[0].point.triangle][0];
   touch.body.fixed.assign(touch.body.fixed.size(), 1);
   touch.body.fixed[node] = 0;
-  for (const int order : {2, kHyperTouchOrder}) {
+  for (const int order : {2, kHyperOrder}) {
     touch.order = order;
     const BuiltPatch built = touch.patch(Scheme::hyper, false);
     CHECK(built.patch.modes() <= std::min(order / 2, 3));

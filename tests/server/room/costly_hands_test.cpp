@@ -131,6 +131,36 @@ TEST_CASE("A hand that was let go of for what it cost may touch again after a wh
   CHECK(result.released.empty());
 }
 
+TEST_CASE("A hand under which a body folds keeps it: a frame may take the work that frames before it left") {
+  const Scene scene = load_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/organs/gallbladder.json");
+  const Vec3 above(-0.0140634, -0.0030469, 0.0374058), pressed(-0.0146931, -0.0009509, 0.0276581);
+  constexpr double kPressedWithinS = 0.3;
+  Room room(scene);
+  const Micros begin{1'000'000};
+  room.start(begin);
+  int most = 0;
+  for (int k = 0; k < 16; ++k) {
+    FrameJob job;
+    job.begin = begin + k * kCostlyFrame;
+    job.target = job.begin + kCostlyFrame;
+    job.frame = kCostlyFrame;
+    StationJob hand;
+    hand.id = kPresses;
+    hand.scheme = Scheme::hold;
+    hand.horizon = Micros{50'000};
+    for (Micros t = job.begin + kTick; t <= job.target; t += kTick) {
+      const double s = std::min(seconds(t - begin) / kPressedWithinS, 1.0);
+      hand.samples.push_back({t, above + s * s * s * (10 + s * (6 * s - 15)) * (pressed - above)});
+    }
+    job.stations.push_back(hand);
+    const FrameResult result = room.run(job);
+    most = std::max(most, result.newton_iterations);
+    CHECK(result.released.empty());
+    if (k > 4) CHECK(result.stations.front().contact);
+  }
+  CHECK(most > 200);  // what five steps may take by themselves
+}
+
 TEST_CASE("Time that is left out moves nothing: the tool is led from where the body knew it to where it is") {
   SharedOrgan organ;
   const auto aside = [&](double over_m) {
