@@ -144,6 +144,7 @@ void ReferenceModel::reset() {
   if (s.cuts && s.cuts->make_whole()) s.integrator.emplace(*s.dynamics, s.skin, exact_options(s.scene.body));
   s.body.x = s.rest.x;
   s.body.v.setZero();
+  s.body.anchors = s.rest.anchors;
   s.ports.clear();
 }
 

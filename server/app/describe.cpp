@@ -107,7 +107,7 @@ Description describe(const Scene& scene, double rate_hz) {
   const auto held = static_cast<std::size_t>(std::count_if(body.fixed.begin(), body.fixed.end(), [](auto f) { return f != 0; }));
   const double mass_kg = std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0);
   std::vector<std::string> lines{fmt::format("body       {:.3g} kg, {} of {} nodes fixed", mass_kg, held, body.nodes.size())};
-  if (hangs_by_few(held, body.nodes.size()))
+  if (body.parts.empty() && hangs_by_few(held, body.nodes.size()))  // it may lie on a part
     lines.push_back(fmt::format(
         "warning: {}; {}",
         held == 0 ? "no node is fixed: a tool pushes the body away" : "too few nodes are fixed: the body swings under a tool",

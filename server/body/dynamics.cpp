@@ -11,9 +11,16 @@ Dynamics::Dynamics(const LumpedBody& body)
       springs_(body, pattern_),
       tetrahedra_(body, pattern_),
       hexahedra_(body, pattern_),
-      relaxation_(body, tetrahedra_, hexahedra_, pattern_) {
+      relaxation_(body, tetrahedra_, hexahedra_, pattern_),
+      contacts_(body) {
   assert(!body.is_loaded);
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
+  if (contacts_.empty()) return;
+  BlockMatrix k = make_matrix();
+  assemble(rest_state(), 0, 0, relaxation_.left(), body.fixed, false, k);
+  std::vector<double> own_n_m;
+  for (const std::uint32_t i : contacts_.nodes()) own_n_m.push_back(k.block(k.diagonal(i)).trace() / 3);
+  contacts_.set_stiffness(own_n_m);
 }
 
 BodyState Dynamics::rest_state() const {
@@ -34,7 +41,7 @@ void Dynamics::forces(const Vector& x, const Vector& v, Vector& f) const {
 
 Vec3 Dynamics::element_force(const BodyState& state, std::uint32_t node) const {
   return springs_.force_on(state, node) + tetrahedra_.force_on(state, node) + hexahedra_.force_on(state, node) +
-         relaxation_.force_on(state, node);
+         relaxation_.force_on(state, node) + contacts_.force_on(state, node);
 }
 
 BlockMatrix Dynamics::make_matrix() const { return pattern_; }
@@ -48,6 +55,8 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
   tetrahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   relaxation_.add_tangents(state, c_k, held, clamp, a);
+  for (const PartContacts::Block& contact : contacts_.tangents(state))
+    if (!held[contact.node]) a.block(a.diagonal(contact.node)) += c_k * contact.stiffness + c_d * contact.damping;
   if (!body_->planar) return;
   // The nodes of a planar body are not coupled across its plane; with c_m = 0 those rows would be empty.
   for (std::uint32_t i = 0; i < nodes(); ++i)
@@ -71,11 +80,15 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   relaxation_.add_products(state.history.get(), in, 1, k);
   unpack_columns(k, 0, k_y);
   unpack_columns(d, 0, d_y);
+  for (const PartContacts::Block& contact : contacts_.tangents(state)) {
+    at_node(k_y, contact.node) += contact.stiffness * at_node(y, contact.node);
+    at_node(d_y, contact.node) += contact.damping * at_node(y, contact.node);
+  }
 }
 
 double Dynamics::energy(const BodyState& state) const {
   double energy = 0.5 * state.v.dot(masses_.cwiseProduct(state.v)) + springs_.energy(state.x) + tetrahedra_.energy(state.x) +
-                  hexahedra_.energy(state.x) + relaxation_.energy(state);
+                  hexahedra_.energy(state.x) + relaxation_.energy(state) + contacts_.energy(state);
   for (std::uint32_t i = 0; i < nodes(); ++i)
     energy -= body_->masses_kg[i] * body_->gravity_m_s2.dot(at_node(state.x, i) - body_->nodes[i]);
   return energy;

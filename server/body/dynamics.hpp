@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/body/part_contacts.hpp"
 #include "server/body/relaxation.hpp"
 #include "server/elements/elements.hpp"
 
@@ -30,17 +31,19 @@ class Dynamics {
   const Tetrahedra& tetrahedra() const { return tetrahedra_; }
   const Hexahedra& hexahedra() const { return hexahedra_; }
   const Relaxation& relaxation() const { return relaxation_; }
+  const PartContacts& contacts() const { return contacts_; }
 
-  /// Computes F(x, v): element forces and gravity, without the relaxed stress.
+  /// Computes F(x, v): element forces and gravity, without the relaxed stress and contacts.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
-  /// Computes all of F, and the traction across a fresh cut.
+  /// Computes all of F, with contacts with rigid parts and the traction across a fresh cut.
   void forces(const BodyState& state, Vector& f) const {
     forces(state.x, state.v, f);
     relaxation_.add_forces(state, f);
+    contacts_.add_forces(state, f);
     if (state.traction) f += state.traction->at(state.time_s);
   }
-  /// Returns the force of the elements alone on one node: what a tool that holds it feels (without the node's own weight and
-  /// inertia).
+  /// Returns the force of the elements and contacts on one node: what a tool that holds it feels (without the node's own weight
+  /// and inertia).
   Vec3 element_force(const BodyState& state, std::uint32_t node) const;
 
   /// Returns an empty matrix on the body's pattern.
@@ -63,6 +66,7 @@ class Dynamics {
   Tetrahedra tetrahedra_;
   Hexahedra hexahedra_;
   Relaxation relaxation_;
+  PartContacts contacts_;
 };
 
 /// Sets the rows of held nodes to zero.

@@ -28,21 +28,27 @@ double largest(const Dynamics& dynamics, const BodyState& rest, bool of_damping)
 
 }  // namespace
 
-Spectrum spectrum_of(const Dynamics& dynamics) {
-  const BodyState rest = dynamics.rest_state();
-  Spectrum spectrum;
-  const double stiffer = dynamics.body().is_solid() ? Spectrum::kSolidStiffer : Spectrum::kStiffer;
-  spectrum.w2 = stiffer * largest(dynamics, rest, false);
-  spectrum.g = Spectrum::kThicker * largest(dynamics, rest, true);
+std::pair<double, double> damping_times(const LumpedBody& body) {
   double least_s = std::numeric_limits<double>::infinity(), most_s = 0;
-  for (const Element& e : dynamics.body().elements) {
+  for (const Element& e : body.elements) {
     least_s = std::min(least_s, e.damping_n_s_m / e.stiffness_n_m);
     most_s = std::max(most_s, e.damping_n_s_m / e.stiffness_n_m);
   }
-  for (const SolidMaterial& m : dynamics.body().materials) {
+  for (const SolidMaterial& m : body.materials) {
     least_s = std::min(least_s, m.damping_s);
     most_s = std::max(most_s, m.damping_s);
   }
+  return {least_s, most_s};
+}
+
+Spectrum spectrum_of(const Dynamics& dynamics) {
+  const BodyState rest = dynamics.rest_state();
+  const PartContacts& contacts = dynamics.contacts();
+  Spectrum spectrum;
+  const double stiffer = dynamics.body().is_solid() ? Spectrum::kSolidStiffer : Spectrum::kStiffer;
+  spectrum.w2 = stiffer * largest(dynamics, rest, false) + contacts.most_w2();
+  spectrum.g = Spectrum::kThicker * largest(dynamics, rest, true) + contacts.most_g();
+  const auto [least_s, most_s] = damping_times(dynamics.body());
   spectrum.least_s = least_s / stiffer;
   spectrum.most_s = Spectrum::kThicker * most_s;
   return spectrum;

@@ -8,6 +8,8 @@
 // b / k of the springs, or t of the materials, times y . K y; that, too, with kThicker and kStiffer.
 #pragma once
 
+#include <utility>
+
 #include "server/body/dynamics.hpp"
 
 namespace palpate {
@@ -19,6 +21,8 @@ struct Spectrum {
   double least_s = 0, most_s = 0;  ///< b / k [s]
 };
 
+/// Returns the least and the largest b / k of the springs or t of the materials [s].
+std::pair<double, double> damping_times(const LumpedBody& body);
 /// Returns the spectrum of a body of springs or of finite elements.
 Spectrum spectrum_of(const Dynamics& dynamics);
 

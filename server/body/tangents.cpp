@@ -12,6 +12,12 @@ namespace {
   m[0] += block[0], m[1] += block[1], m[2] += block[2], m[4] += block[3], m[5] += block[4], m[8] += block[5];
 }
 
+void add_block(const Mat3& m, const NodeLanes& y, NodeLanes& to) {
+  const ColumnLanes x[3] = {lanes(y.x), lanes(y.y), lanes(y.z)};
+  ColumnLanes* const rows[3] = {&lanes(to.x), &lanes(to.y), &lanes(to.z)};
+  for (int r = 0; r < 3; ++r) *rows[r] += m(r, 0) * x[0] + m(r, 1) * x[1] + m(r, 2) * x[2];
+}
+
 }  // namespace
 
 Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dynamics.body().elements.size()) {
@@ -32,6 +38,7 @@ void Tangents::take(const BodyState& state) {
   dynamics_->tetrahedra().find_tangents(state, tetrahedra_);
   dynamics_->hexahedra().find_tangents(state, hexahedra_);
   history_ = state.history;
+  contacts_ = dynamics_->contacts().tangents(state);
 }
 
 void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
@@ -62,6 +69,8 @@ void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<st
     }
     a.end_row();
   }
+  for (const PartContacts::Block& contact : contacts_)
+    if (!held[contact.node]) a.diagonal[contact.node] += c_k * contact.stiffness + c_d * contact.damping;
   for (std::uint32_t i = 0; i < nodes; ++i) {
     Mat3& block = a.diagonal[i];
     block = block.selfadjointView<Eigen::Lower>().toDenseMatrix();
@@ -102,6 +111,10 @@ void Tangents::add_products(const std::vector<NodeLanes>& in, double c_k, double
   dynamics_->tetrahedra().add_products(tetrahedra_, in, c_k, c_d, k, d);
   dynamics_->hexahedra().add_products(hexahedra_, in, c_k, c_d, k, d);
   dynamics_->relaxation().add_products(history_.get(), in, c_k, k);
+  for (const PartContacts::Block& contact : contacts_) {
+    add_block(c_k * contact.stiffness, in[contact.node], k[contact.node]);
+    add_block(c_d * contact.damping, in[contact.node], d[contact.node]);
+  }
 }
 
 }  // namespace palpate

@@ -31,6 +31,10 @@ class SceneHash {
     feed(body.gravity_m_s2);
     for (const TissueLayer& t : body.tissue)
       for (const double number : {t.thickness_m, t.toughness_j_m2, t.puncture_n, t.friction_n_m}) feed(number);
+    for (const auto& part : body.parts) {
+      for (const double number : {part->friction, part->stiffness_ratio}) feed(number);
+      for (const Vec3& vertex : part->vertices) feed(vertex);
+    }
   }
   void feed(const ToolSpec& tool) {
     word(static_cast<std::uint64_t>(tool.contact));

@@ -33,6 +33,7 @@ node_loops::Nodes ExplicitBody::nodes_of(std::size_t part) const {
 void ExplicitBody::take(const BodyState& state, const std::vector<ToolPort>& ports) {
   blocks_.wake_all();
   needed_ = evaluations_ = 0;
+  anchors_ = state.anchors;
   const std::vector<std::uint8_t> held = held_nodes(body(), ports);
   inverse_mass_.assign(NodeArrays::padded(dynamics_->nodes()), 0.0F);
   for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) {
@@ -57,6 +58,7 @@ void ExplicitBody::give(BodyState& state, const std::vector<ToolPort>& ports, co
     at_node(state.x, node) = to;
     at_node(state.v, node) = velocity;
   }
+  state.anchors = anchors_;
   state.time_s = until_s;
 }
 
@@ -69,6 +71,14 @@ void ExplicitBody::add_forces(const NodeArrays& at_u, const NodeArrays& at_v) {
     share(hexahedra_.slabs(odd), [&](std::size_t k) { hexahedra_.add_forces(odd, k, at_u, at_v, f); });
   needed_ += blocks_.needed_share();
   evaluations_ += 1;
+  dynamics_->contacts().each_force(
+      anchors_.get(), [&](std::uint32_t i) { return Vec3(body().nodes[i] + at_u.at(i)); },
+      [&](std::uint32_t i) { return at_v.at(i); }, [&](std::uint32_t i, const Vec3& force) { f.set(i, f.at(i) + force); });
+}
+
+void ExplicitBody::follow_parts() {
+  anchors_ = dynamics_->contacts().followed(
+      anchors_.get(), [&](std::uint32_t i) { return Vec3(body().nodes[i] + u.at(i)); }, [&](std::uint32_t i) { return v.at(i); });
 }
 
 HexaForces::Growth ExplicitBody::growth() const {

@@ -39,8 +39,10 @@ class ExplicitBody {
   /// [s], as a single reading of a device may jump.
   void give(BodyState& state, const std::vector<ToolPort>& ports, const ToolMotion& tools, double until_s) const;
 
-  /// Adds the forces of the elements to f.
+  /// Adds the forces of the elements, and of contacts with rigid parts, to f.
   void add_forces(const NodeArrays& at_u, const NodeArrays& at_v);
+  /// Moves the anchors of friction with rigid parts to where they are at the end of a step.
+  void follow_parts();
   /// Computes `a` from f, and sets f to zero.
   void accelerate(NodeArrays& a);
   /// Returns the displacement of a node that is moved to `to`; within the plane if the body is planar.
@@ -62,7 +64,9 @@ class ExplicitBody {
 
   /// Sets the force that may be left out of balance [N]; 0: nothing rests.
   void set_quiescence_tolerance(double most_n) { left_out_n_ = most_n; }
-  bool may_rest() const { return left_out_n_ > 0 && hexahedra_.size() == 0 && blocks_.blocks() >= kLeastBlocks; }
+  bool may_rest() const {
+    return left_out_n_ > 0 && hexahedra_.size() == 0 && blocks_.blocks() >= kLeastBlocks && dynamics_->contacts().empty();
+  }
   /// Lets blocks rest over the next `over_s` [s], except those of `busy` nodes. `a`: all accelerations, those of contacts
   /// included. For nodes that rest sets v and the arrays in `zero` to zero (`a` may be among them).
   void let_rest(const NodeArrays& a, const std::vector<std::uint32_t>& busy, double over_s, std::span<NodeArrays* const> zero);
@@ -112,6 +116,7 @@ class ExplicitBody {
   SpringBlocks springs_;
   HexaForces hexahedra_;
   RestingBlocks blocks_;
+  std::shared_ptr<const PartAnchors> anchors_;
   std::vector<double> unbalanced_;  // per block [N]
   double left_out_n_ = 0, needed_ = 0, evaluations_ = 0;
   ThreadPool* pool_ = nullptr;

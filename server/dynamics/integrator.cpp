@@ -78,6 +78,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
         return report;
       }
       dynamics_->relaxation().relax(left, state);
+      dynamics_->contacts().follow(state);
       find_holding_forces(*dynamics_, state, ports);
       ++report.steps;
       return report;
@@ -95,6 +96,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     if (touched || touched_) touched_left_ -= report.newton_iterations - iterations_before;
     if (end == StepEnd::done) {
       relaxation.relax(h / 2, state);
+      dynamics_->contacts().follow(state);
       find_holding_forces(*dynamics_, state, ports);
       ++report.steps;
       h_try = std::min(step_s, 2 * h_try);
@@ -116,6 +118,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
       return report;
     }
     relaxation.relax(h, state);
+    dynamics_->contacts().follow(state);
     ++report.steps;
     h_try = h;
     most_j.reset();

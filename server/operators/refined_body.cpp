@@ -134,9 +134,13 @@ void RefinedBody::assemble(double c_m, double c_d, double c_k, const std::vector
 void RefinedBody::take_loads(const BodyState& state) {
   const LumpedBody& body = dynamics_->body();
   const NodeArrays& f = tangents_->forces(state);
+  Vector contact = Vector::Zero(dynamics_->contacts().empty() ? 0 : state.x.size());
+  dynamics_->contacts().add_forces(state, contact);
   std::array<Vector, 2> both = restricted_of<2>([&](std::uint32_t i) {
     const double mass_kg = body.masses_kg[i];
-    return std::array<Vec3, 2>{f.at(i) + mass_kg * body.gravity_m_s2, mass_kg * at_node(state.v, i)};
+    Vec3 load = f.at(i) + mass_kg * body.gravity_m_s2;
+    if (contact.size() > 0) load += at_node(contact, i);
+    return std::array<Vec3, 2>{load, mass_kg * at_node(state.v, i)};
   });
   loads_ = std::move(both[0]);
   velocity_ = both[1].cwiseQuotient(masses_);

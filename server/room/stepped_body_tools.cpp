@@ -105,6 +105,7 @@ void SteppedBody::reset() {
   if (cuts_ && cuts_->make_whole()) renew_steppers();
   body_.x = rest_.x;
   body_.history = rest_.history;
+  body_.anchors = rest_.anchors;
   body_.v.setZero();
   asleep_ = false;
 }

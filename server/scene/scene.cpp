@@ -7,6 +7,7 @@
 #include "server/scene/ligaments.hpp"
 #include "server/scene/lump.hpp"
 #include "server/scene/mesh_body.hpp"
+#include "server/scene/parts.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/task.hpp"
 
@@ -85,6 +86,7 @@ Scene build(const SceneText& text) {
   if (!settings.cuts.empty()) cut_out(scene, settings, text);
   scene.body.is_loaded = settings.is_loaded;
   scene.body.tissue = settings.tissue;
+  add_parts(scene.body, settings.parts, text);
   return scene;
 }
 

@@ -1,9 +1,11 @@
 // A scene as the server uses it: every default filled in, every value in range.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +13,7 @@
 
 #include "common/base/types.hpp"
 #include "common/mechanics/solid_law.hpp"
+#include "server/scene/distance_grid.hpp"
 #include "common/patch/patch.hpp"
 #include "common/task/task.hpp"
 
@@ -84,6 +87,18 @@ struct EmbeddedVertex {
   bool is_wall = false;  ///< true: it lay inside the body before the cut
 };
 
+/// A rigid part beside the body, which never moves (server/body/part_contacts.hpp).
+struct RigidPart {
+  std::string name;
+  std::uint32_t colour = 0;         ///< 0xrrggbb
+  double friction = 0;              ///< Coulomb mu with the body
+  double stiffness_ratio = 0;       ///< of its contact to the stiffness of the body's node
+  std::vector<Vec3> vertices;       ///< [m]
+  std::vector<Triangle> triangles;  ///< closed, counter-clockwise outward
+  DistanceGrid distance;
+  Eigen::AlignedBox3d box;
+};
+
 /// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, and held by ligaments:
 /// springs to fixed nodes that belong to nothing else. Vertices of the surface are the nodes, and after them those embedded in
 /// elements, so a surface point is a weighted sum of node positions.
@@ -105,7 +120,8 @@ struct LumpedBody {
   Vec3 gravity_m_s2 = Vec3::Zero();
   double left_out_share = 0;        ///< share of the volume inside a closed surface that was dropped (clip.hpp)
   std::vector<TissueLayer> tissue;  ///< for needles
-  bool is_loaded = false;           ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
+  std::vector<std::shared_ptr<const RigidPart>> parts;  ///< that it may touch
+  bool is_loaded = false;  ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
   std::size_t vertices() const { return nodes.size() + embedded.size(); }

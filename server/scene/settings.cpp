@@ -76,14 +76,9 @@ ClipSettings read_clip(const SceneText& text, const schema::ClipT& in) {
   text.in_range(path + ".blend_m", in.blend_m, 0, 1, "m");
   out.blend_m = in.blend_m;
   if (!in.mesh) return out;
-  const std::string p = path + ".mesh.";
   if (text.has(path + ".blend_m"))
     text.refuse(path + ".blend_m", path + ".blend_m is given with a mesh", "it only with ellipsoids");
-  if (in.mesh->file.empty()) text.refuse(p + "file", "the name of an OBJ or STL file");
-  text.in_range(p + "scale", in.mesh->scale, 1e-6, 1e3, "m per unit of the file");
-  out.mesh = MeshSettings{in.mesh->file, text.mesh_path(p + "file", in.mesh->file), in.mesh->scale,
-                          vector(text, p + "rotation_deg", in.mesh->rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
-                          vector(text, p + "offset_m", in.mesh->offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
+  out.mesh = read_mesh_file(text, path + ".mesh", *in.mesh);
   return out;
 }
 
@@ -353,6 +348,14 @@ void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& 
 
 }  // namespace
 
+MeshSettings read_mesh_file(const SceneText& text, const std::string& path, const schema::MeshFileT& in) {
+  if (in.file.empty()) text.refuse(path + ".file", "the name of an OBJ or STL file");
+  text.in_range(path + ".scale", in.scale, 1e-6, 1e3, "m per unit of the file");
+  return {in.file, text.mesh_path(path + ".file", in.file), in.scale,
+          vector(text, path + ".rotation_deg", in.rotation_deg, -360, 360, "degrees", Vec3(0, 0, 0)),
+          vector(text, path + ".offset_m", in.offset_m, -kMaxCoordinateM, kMaxCoordinateM, "m", Vec3(0, 0, 0))};
+}
+
 /// Same rule as on the wire, as names go into logs and onto screens.
 bool is_name(const std::string& name) { return !name.empty() && name.size() <= kMaxNameBytes && is_plain_name(name); }
 
@@ -379,6 +382,7 @@ SceneSettings read_settings(const SceneText& text) {
   out.lump = read_lump(text, out.lattice.planar);
   read_cuts(text, *in.body, out);
   out.task = read_task_settings(text, out.lump);
+  out.parts = read_parts(text, out);
   return out;
 }
 

@@ -125,6 +125,14 @@ struct TaskSettings {
   std::variant<FindSettings, PressTask, TraceSettings> goal;
 };
 
+/// A rigid part beside the body (parts.hpp).
+struct PartSettings {
+  std::string name;
+  MeshSettings mesh;
+  std::uint32_t colour = 0;  ///< 0xrrggbb
+  double friction = 0, stiffness_ratio = 0;
+};
+
 struct SceneSettings {
   std::string name;
   LatticeSettings lattice;
@@ -139,6 +147,7 @@ struct SceneSettings {
   std::optional<LumpSettings> lump = {};
   std::vector<CutSettings> cuts = {};
   std::optional<TaskSettings> task = {};
+  std::vector<PartSettings> parts = {};
 };
 
 /// Checks ranges and fills in defaults. Throws InputError.

@@ -73,6 +73,12 @@ double read_density(const SceneText& text, const std::string& path, double usual
 /// are rounded to kToolStepM, the swing of jaws to kSwingStepRad. Refuses a body without spheres, or with more than
 /// kMaxToolSpheres.
 ToolShape read_tool_body(const SceneText& text, const std::string& path, const schema::ToolBodyT& in);
+/// Returns true for 1 to 64 bytes that may go into logs and onto screens.
+bool is_name(const std::string& name);
+/// Reads a surface at `path`.
+MeshSettings read_mesh_file(const SceneText& text, const std::string& path, const schema::MeshFileT& in);
+/// Defined in parts.cpp.
+std::vector<PartSettings> read_parts(const SceneText& text, const SceneSettings& scene);
 MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);
 FixedSettings read_fixing(const SceneText& text, const std::string& path, const std::vector<std::string>& faces,
                           const flatbuffers::Optional<double>& below, const flatbuffers::Optional<double>& above, bool planar);

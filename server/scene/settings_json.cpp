@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -262,6 +264,18 @@ Json to_json(const SceneSettings& settings) {
       item.add("puncture_n", Json::number(layer.puncture_n));
       item.add("friction_n_m", Json::number(layer.friction_n_m));
       tissue.items.push_back(std::move(item));
+    }
+  }
+  if (!settings.parts.empty()) {
+    Json& parts = out.add("parts", Json::array());
+    for (const PartSettings& part : settings.parts) {
+      Json item = Json::object();
+      item.add("name", Json::string(part.name));
+      add_mesh_file(item.add("mesh", Json::object()), part.mesh);
+      item.add("colour", Json::string(fmt::format("#{:06x}", part.colour)));
+      item.add("mu", Json::number(part.friction));
+      item.add("stiffness_ratio", Json::number(part.stiffness_ratio));
+      parts.items.push_back(std::move(item));
     }
   }
   Json& tool = out.add("tool", Json::object());

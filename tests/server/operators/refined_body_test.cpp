@@ -7,6 +7,7 @@
 #include "server/reduction/patch_build.hpp"
 #include "tests/support/eigenvalues.hpp"
 #include "tests/support/large_body.hpp"
+#include "tests/support/rigid_parts.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -344,4 +345,32 @@ TEST_CASE(
   }
   INFO("reduced\n" << reduced << "\nwhole\n" << whole);
   CHECK((reduced - whole).norm() < (request.scheme == Scheme::ring ? 1e-3 : 0.02) * whole.norm());
+}
+
+TEST_CASE("Contacts with a rigid part have their tangents and forces in the coordinates of a refined body") {
+  LumpedBody body = large_body(Filling::hexahedra);
+  const double side = kSpacingM * (kLargeEdge - 1);
+  body.parts = {rigid_box(Vec3(side - 0.001, -0.1, -0.1), Vec3(side + 0.1, side + 0.1, side + 0.1), 0.4)};
+  LumpedBody alone = body;
+  alone.parts.clear();
+  RefinedBench with(std::move(body)), without(std::move(alone));
+  for (RefinedBench* bench : {&with, &without}) focus_on(bench->refined, kTop);
+  with.dynamics.contacts().follow(with.state);
+  for (RefinedBench* bench : {&with, &without}) bench->settle();
+  REQUIRE(with.dynamics.contacts().tangents(with.state).size() > 100);
+  const Vector y = with.random(with.refined.masses().size(), 5);
+  Matrix k_with, d_with, k_without, d_without;
+  with.refined.multiply(y, k_with, d_with);
+  without.refined.multiply(y, k_without, d_without);
+  const Vector moved = moved_by(with.refined, y);
+  Vector k = Vector::Zero(moved.size()), d = k, f = k;
+  for (const PartContacts::Block& contact : with.dynamics.contacts().tangents(with.state)) {
+    at_node(k, contact.node) += contact.stiffness * at_node(moved, contact.node);
+    at_node(d, contact.node) += contact.damping * at_node(moved, contact.node);
+  }
+  with.dynamics.contacts().add_forces(with.state, f);
+  CHECK((k_with - k_without - gathered(with.refined, k)).norm() < 1e-9 * k_with.norm());
+  CHECK((d_with - d_without - gathered(with.refined, d)).norm() < 1e-9 * d_with.norm());
+  CHECK((with.refined.forces() - without.refined.forces() - gathered(with.refined, f)).norm() <
+        1e-6 * gathered(with.refined, f).norm());
 }
