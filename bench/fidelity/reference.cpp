@@ -4,10 +4,12 @@
 #include <optional>
 #include <stdexcept>
 
+#include "common/player/part_walls.hpp"
 #include "server/body/settle.hpp"
 #include "server/room/live_cuts.hpp"
 #include "server/room/tool_coupling.hpp"
 #include "server/room/tool_track.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -37,6 +39,22 @@ ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const T
                           std::span(&openings, openings.empty() ? 0 : 1))
       .front();
 }
+
+namespace {
+
+/// The scene's rigid parts, as the client meets them.
+std::optional<PartWalls> walls_of(const Scene& scene) {
+  if (scene.body.parts.empty()) return std::nullopt;
+  std::vector<TriangleMesh> meshes;
+  std::vector<double> friction;
+  for (const auto& part : scene.body.parts) {
+    meshes.push_back({part->vertices, part->triangles});
+    friction.push_back(part->friction);
+  }
+  return PartWalls(meshes, friction, drawn_shape(scene.tool), scene.tool.contact_stiffness_n_m);
+}
+
+}  // namespace
 
 struct ReferenceModel::State {
   explicit State(const Scene& s)
@@ -88,6 +106,9 @@ struct ReferenceModel::State {
   std::vector<std::optional<ReleaseFade>> fade;
   std::vector<ToolPort> ports;
   std::optional<LiveCuts> cuts;
+  std::optional<PartWalls> walls;
+  std::vector<WallTouches> wall_touches;
+  std::vector<Wrench> of_walls;  // on each tool
   std::int64_t ticks = 0;
 };
 
@@ -98,6 +119,9 @@ ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools) 
   s.tracks.resize(tools.size());
   s.grasps.resize(tools.size());
   s.fade.resize(tools.size());
+  s.walls = walls_of(scene);
+  s.wall_touches.resize(tools.size());
+  s.of_walls.resize(tools.size());
   for (std::size_t k = 0; k < tools.size(); ++k) {
     s.tracks[k].add(std::vector{ToolSample{begin, tools[k]}});
     s.take_up(k, begin);
@@ -120,6 +144,11 @@ void ReferenceModel::tick(std::span<const Vec3> tools, std::span<const Rotation>
   const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.ports[port], t_s); };
   if (!s.integrator->advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
     throw std::runtime_error("the reference did not converge " + std::to_string(s.ticks) + " ms into the motion");
+  for (std::size_t k = 0; s.walls && k < tools.size(); ++k) {
+    const ToolPose pose(tools[k], turns.empty() ? Rotation(Rotation::Identity()) : Rotation(turns[k]),
+                        openings.empty() ? 0 : openings[k]);
+    s.of_walls[k] = s.walls->push(pose, s.walls->stiffness_n_m(), s.wall_touches[k]);
+  }
   if (s.cuts && s.cuts->cut_on()) s.integrator.emplace(*s.dynamics, s.skin, exact_options(s.scene.body));
   ++s.ticks;
 }
@@ -133,6 +162,8 @@ void ReferenceModel::continue_from(const ReferenceModel& at) {
   to.grasps = from.grasps;
   to.fade = from.fade;
   to.ports = from.ports;
+  to.wall_touches = from.wall_touches;
+  to.of_walls = from.of_walls;
   for (ToolPort& port : to.ports) port.needle.tissue = to.tissue.get();
   to.ticks = from.ticks;
 }
@@ -156,17 +187,17 @@ bool ReferenceModel::contact(std::size_t tool) const {
 
 Vec3 ReferenceModel::force(std::size_t tool) const {
   const State& s = *state_;
-  if (s.fade[tool]) return s.fade[tool]->force.at(Micros{1000 * (s.ticks - 1)});
-  Vec3 force = Vec3::Zero();
+  if (s.fade[tool]) return s.of_walls[tool].force + s.fade[tool]->force.at(Micros{1000 * (s.ticks - 1)});
+  Vec3 force = s.of_walls[tool].force;
   s.for_contacts(tool, [&](const ToolPort& port) { force -= port.lambda; });
   return force;
 }
 
 Vec3 ReferenceModel::torque(std::size_t tool) const {
   const State& s = *state_;
-  Vec3 torque = Vec3::Zero();
+  Vec3 torque = s.of_walls[tool].torque;
   if (!s.scene.tool.has_body()) return torque;
-  if (s.fade[tool]) return s.fade[tool]->torque.at(Micros{1000 * (s.ticks - 1)});
+  if (s.fade[tool]) return torque + s.fade[tool]->torque.at(Micros{1000 * (s.ticks - 1)});
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
   s.for_contacts(

@@ -122,8 +122,28 @@ void ClientCore::begin(const Message& message, Micros now) {
   seq_in_.take(message.seq);
 }
 
+/// Lets the tool meet the rigid parts, once they have arrived, while the server is there.
+void ClientCore::meet_parts(Micros now) {
+  if (parts().empty() || !hello().shadow_of.empty()) return haptic_.meet(nullptr, now);
+  const std::uint64_t hash = welcome().scene_hash, joins = ClientSession::counts().joins;
+  if (walls_.empty() || walls_of_ != hash || (hash == 0 && walls_since_ != joins)) {
+    std::vector<TriangleMesh> meshes;
+    std::vector<double> friction;
+    for (const PartMesh& part : parts()) {
+      TriangleMesh& mesh = meshes.emplace_back(TriangleMesh{{}, part.mesh.triangles});
+      for (const MeshVertex& vertex : part.mesh.vertices) mesh.vertices.push_back(vertex.rest);
+      friction.push_back(part.friction);
+    }
+    walls_.push_back(std::make_unique<const PartWalls>(meshes, friction, welcome().tool, welcome().coupling_n_m));
+    walls_of_ = hash;
+    walls_since_ = joins;
+  }
+  haptic_.meet(walls_.back().get(), now + kServerSilenceMost);
+}
+
 /// Notes that our server was heard.
 void ClientCore::hear(Micros now) {
+  meet_parts(now);
   if (!vouched_) return;
   pause_.take(now);
   haptic_.server_until(now + std::clamp(2 * pause_.longest(), kServerSilenceLeast, kServerSilenceMost));
@@ -211,6 +231,7 @@ void ClientCore::stop_force() {
   haptic_.server_until(Micros::min());
   guidance_.reset();
   haptic_.hear({});
+  haptic_.meet(nullptr, Micros{});
 }
 
 std::size_t ClientCore::emit(std::span<std::byte> out, Micros now) {

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -121,6 +122,7 @@ class ClientCore : public ClientSession {
   void forget_server();
   void begin(const Message& message, Micros now);
   void hear(Micros now);
+  void meet_parts(Micros now);
   void take_patch(const Patch& patch, std::size_t bytes, Micros now);
   void take_terms(const PatchTerms& piece, std::size_t bytes);
   void take_beat(const Beat& beat, Micros now);
@@ -147,6 +149,8 @@ class ClientCore : public ClientSession {
   SchemesFelt schemes_felt_;
   std::size_t unsent_ = 0;                    ///< number of the newest samples() that are not sent yet
   std::vector<ButtonChange> button_changes_;  ///< newest last, kMaxButtonChanges at most; every datagram of samples repeats them
+  std::vector<std::unique_ptr<const PartWalls>> walls_;  ///< of all scenes so far, as the tick may still use the one before
+  std::uint64_t walls_of_ = 0, walls_since_ = 0;         ///< of the newest: Welcome::scene_hash, number of the join
   Patch last_patch_;
   bool refuses_guidance_;
   std::optional<Guidance> guidance_;  ///< newest message about guidance

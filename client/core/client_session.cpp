@@ -23,7 +23,7 @@ ClientSession::Event ClientSession::advance(Micros now) {
 
 Micros ClientSession::deadline() const {
   if (left_) return Micros::max();
-  return link_ == LinkState::joined ? heard_ + kLostAfter : next_hello_;
+  return link_ == LinkState::joined ? std::min(heard_ + kLostAfter, parts_.deadline()) : next_hello_;
 }
 
 void ClientSession::leave() {
@@ -57,6 +57,7 @@ ClientSession::Event ClientSession::receive(std::span<const std::byte> bytes, Me
   hear(now);
   clock_.take(message.clock, now);
   if (const auto* beat = std::get_if<Beat>(&message.body)) reset_.hear(beat->resets);
+  if (const auto* piece = std::get_if<PartPiece>(&message.body)) parts_.take(*piece);
   return Event::message;
 }
 
@@ -94,6 +95,7 @@ ClientSession::Event ClientSession::receive_welcome(const Message& message, cons
   instance_ = message.instance;
   station_ = message.station;
   welcome_ = welcome;
+  parts_.expect(welcome.parts, welcome.scene_hash);
   // If the server assigned a name, the client requests that name when it joins again.
   if (welcome_.station.empty())
     welcome_.station = hello_.station;
@@ -141,8 +143,9 @@ std::size_t ClientSession::emit_own(std::span<std::byte> out, Micros now) {
   if (std::exchange(leave_due_, false)) return say(Leave{}, out, now);
   if (std::exchange(hello_due_, false)) return say(hello_, out, now);
   if (!joined()) return 0;
-  const auto resets = reset_.due(now);
-  return resets ? say(Reset{*resets}, out, now) : 0;
+  if (const auto resets = reset_.due(now)) return say(Reset{*resets}, out, now);
+  const auto piece = parts_.due(now);
+  return piece ? say(MeshRequest{*piece}, out, now) : 0;
 }
 
 std::size_t ClientSession::say(Payload body, std::span<std::byte> out, Micros now) {

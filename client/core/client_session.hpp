@@ -22,6 +22,7 @@
 #include <span>
 #include <string>
 
+#include "client/core/parts_assembly.hpp"
 #include "client/core/sent_stamps.hpp"
 #include "common/session/clock_sync.hpp"
 #include "common/session/reset_request.hpp"
@@ -50,6 +51,8 @@ class ClientSession {
   const Welcome& welcome() const { return welcome_; }
   /// Reason of the refusal; while joining again, the reason for that; also the reason why a reset was refused.
   const std::string& refusal() const { return refusal_.message; }
+  /// Rigid parts of the scene, once all have arrived.
+  const std::vector<PartMesh>& parts() const { return parts_.parts(); }
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }
   /// Time of the newest datagram of the session; the start of the client before the first.
@@ -109,6 +112,7 @@ class ClientSession {
   SentStamps sent_;
   ResetRequest reset_;
   Welcome welcome_;
+  PartsAssembly parts_;
   Refuse refusal_;
   Micros heard_, answered_, next_hello_;
   bool hello_due_ = false, leave_due_ = false, left_ = false, sent_away_ = false;

@@ -90,7 +90,8 @@ HapticTick::HapticTick(LatestSlot<PatchPlayer>& patches, SampleRing& samples, co
 
 void HapticTick::restart() noexcept {
   guard_.restart();
-  gain_ = 0;
+  gain_ = wall_gain_ = 0;
+  touches_ = {};
   fade_offset_ = {};
   fade_left_ = 0;
   damper_.restart();
@@ -191,7 +192,7 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
 Vec3 HapticTick::couple_to_tool(ToolSample& sample, double dt_s) noexcept {
   if (recent_.empty()) tool_ = {sample.position, Vec3::Zero(), sample.position};
   const double of_patch = environment_.force.squaredNorm() > 0 ? stiffness_of(player_.patch(), dt_s) : 0;
-  const double stiffness = of_patch + coupled_hand_.stiffness_n_m() + coupled_hand_.damping_n_s_m() / dt_s;
+  const double stiffness = of_patch + wall_stiffness_ + coupled_hand_.stiffness_n_m() + coupled_hand_.damping_n_s_m() / dt_s;
   const Vec3 force = couple(coupling_, tool_, sample.position, {environment_.force + guidance_, stiffness}, dt_s);
   sample.position = tool_.position;
   return force;
@@ -223,6 +224,25 @@ Wrench HapticTick::patch_wrench(const ToolSample& sample, double dt_s, TickOutpu
   out.gain = felt ? gain_ : 1;
   out.grip *= gain_;
   return gain_ * guard_.clamped(wrench);
+}
+
+/// Returns the wrench of the rigid parts.
+Wrench HapticTick::wall_wrench(const ToolSample& sample) noexcept {
+  const PartWalls* const walls = walls_.load(std::memory_order_acquire);
+  if (walls && walls != met_) {
+    met_ = walls;
+    touches_ = {};
+  }
+  const bool met = walls && sample.t.count() <= walls_until_us_.load(std::memory_order_relaxed);
+  wall_gain_ = std::clamp(met ? 1.0 : 0.0, wall_gain_ - 1.0 / kFadeTicks, wall_gain_ + 1.0 / kFadeTicks);
+  wall_stiffness_ = 0;
+  if (!(wall_gain_ > 0)) touches_ = {};
+  if (!met_ || !(wall_gain_ > 0)) return {};
+  const double most = guard_.limits().stiffness_max_n_m;
+  const double stiffness = most > 0 ? std::min(met_->stiffness_n_m(), most / 2) : met_->stiffness_n_m();
+  const Wrench wrench = wall_gain_ * met_->push(ToolPose(sample), stiffness, touches_);
+  if (wrench.force.squaredNorm() > 0) wall_stiffness_ = stiffness;
+  return wrench;
 }
 
 /// Returns the force of guidance, and notes it for the network thread.
@@ -281,6 +301,8 @@ TickOutput HapticTick::tick(const ToolSample& reading) noexcept {
       renew(renewed, sample.t);
   recent_.add(sample);
   if (has_player_) environment_ = patch_wrench(sample, seconds(std::max(passed, Micros{1})), out);
+  if (met_ || walls_.load(std::memory_order_relaxed))
+    environment_ = (has_player_ ? environment_ : Wrench()) + wall_wrench(sample);
   // The virtual tool passes the force of guidance on to the device a tick later.
   const Vec3 led = guidance_;
   guidance_ = guidance_force(sample, seconds(std::max(passed, Micros{1})));

@@ -25,6 +25,9 @@
 // k: a passive force times a constant is passive. The same holds for a torsional stiffness (torsion_of_port); the smaller scale
 // counts, for both.
 //
+// Rigid parts of the scene push the tool wherever it is, patch or not (part_walls.hpp), each contact with at most half of k_max;
+// their wrench fades when the server falls silent, over kFadeTicks.
+//
 // With a virtual coupling (virtual_coupling.hpp; for devices with little damping) the patch meets the virtual tool instead of the
 // device, and so does the server through the samples. The device feels the coupling: one tick later, and never stiffer than k_c.
 // The virtual tool turns with the device, which feels the torque directly.
@@ -40,6 +43,7 @@
 #include "common/base/latest_slot.hpp"
 #include "common/base/sample_history.hpp"
 #include "common/base/spsc_ring.hpp"
+#include "common/player/part_walls.hpp"
 #include "common/player/player.hpp"
 
 namespace palpate {
@@ -111,6 +115,11 @@ class HapticTick {
   /// Says that the server is there until `moment`, as far as the network side knows. Any thread, one at a time; unlimited before
   /// the first call.
   void server_until(Micros moment) noexcept { server_until_us_.store(moment.count(), std::memory_order_release); }
+  /// Sets the rigid parts that the tool meets until `moment`, which must outlive the tick; null: none. Any thread, one at a time.
+  void meet(const PartWalls* walls, Micros moment) noexcept {
+    walls_until_us_.store(moment.count(), std::memory_order_relaxed);
+    walls_.store(walls, std::memory_order_release);
+  }
   /// Returns the age that patches reach before the next one takes over: smoothed mean plus twice the mean deviation (as TCP does
   /// with round trips); 0 before the second patch. Any thread.
   Micros horizon() const noexcept { return Micros{horizon_us_.load(std::memory_order_relaxed)}; }
@@ -153,6 +162,7 @@ class HapticTick {
   Vec3 couple_to_tool(ToolSample& sample, double dt_s) noexcept;
   Wrench patch_wrench(const ToolSample& sample, double dt_s, TickOutput& out) noexcept;
   Vec3 guidance_force(const ToolSample& sample, double dt_s) noexcept;
+  Wrench wall_wrench(const ToolSample& sample) noexcept;
 
   LatestSlot<PatchPlayer>& patches_;
   SampleRing& samples_;
@@ -169,6 +179,12 @@ class HapticTick {
   Wrench fade_offset_;
   int fade_left_ = 0;
   double gain_ = 0;
+  std::atomic<const PartWalls*> walls_{nullptr};
+  std::atomic<std::int64_t> walls_until_us_{0};
+  const PartWalls* met_ = nullptr;  ///< the newest that was not null
+  WallTouches touches_;
+  double wall_gain_ = 0;
+  double wall_stiffness_ = 0;  ///< of its contacts in the last tick [N/m]
   HandsDamper damper_;
   GuidanceCoupling coupled_hand_;
   Vec3 guidance_ = Vec3::Zero();  ///< its force on the virtual tool [N]

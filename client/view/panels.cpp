@@ -168,6 +168,26 @@ void draw_body(Column& c) {
                   {"real-time factor", figure(fmt::format("{:.1f}", room.real_time_factor)), 290}}});
 }
 
+/// Draws the names of the rigid parts, in rows.
+void draw_parts(Column& c) {
+  std::vector<ImVec2> places;
+  float x = c.left + c.at(kPad), y = c.y + c.at(9);
+  for (const PartMesh& part : c.figures.parts) {
+    const float width = c.at(28) + c.pen.measure(13, part.name);
+    if (x > c.left + c.at(kPad) && x + width > c.right) x = c.left + c.at(kPad), y += c.at(kRow);
+    places.push_back({x, y});
+    x += width;
+  }
+  const float height = (y - c.y) / c.pen.scale + kRow + 4;
+  c.box(height);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const PartMesh& part = c.figures.parts[i];
+    c.pen.list.AddCircleFilled({places[i].x + c.at(4), places[i].y + c.at(8)}, c.at(4), packed(srgb_of(part.colour)), 20);
+    c.pen.text(places[i].x + c.at(14), places[i].y, 13, c.pen.theme.ink, part.name);
+  }
+  c.y += c.at(height + 10);
+}
+
 /// Draws the prediction of the next frame by the patch of the viewer's own hand.
 void draw_foresight(Column& c) {
   const Foresight& f = *c.figures.foresight;
@@ -191,6 +211,7 @@ void draw_panels(const Pen& pen, const PanelFigures& figures) {
   draw_plot(column, *figures.forces, "force", 0.5F, "N");
   draw_plot(column, *figures.patch_ages, "patch age", 20, "ms");
   draw_body(column);
+  if (!figures.parts.empty()) draw_parts(column);
   if (figures.foresight != nullptr) draw_foresight(column);
 }
 

@@ -1,10 +1,12 @@
-// The column at the right: stations and their links, force and patch age over time, costs of the body.
+// The column at the right: stations and their links, force and patch age over time, costs of the body, its rigid parts.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "client/viewer/history.hpp"
+#include "common/wire/body_mesh.hpp"
 
 namespace palpate {
 
@@ -20,6 +22,7 @@ struct PanelFigures {
   const Foresight* foresight = nullptr;  ///< foresight of the viewer's own hand; null: not shown
   std::vector<std::string> stations;     ///< in the order of their colours, including some that are gone
   Micros now{};                          ///< right end of the plots
+  std::span<const PartMesh> parts = {};  ///< rigid parts of the scene, named below
 };
 
 /// Returns the share of the picture's width that panels cover, with their margin; 0 where the picture is too narrow for both.

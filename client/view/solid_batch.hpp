@@ -1,4 +1,4 @@
-// Instruments and force arrows on the graphics side; uploaded again only when one of them moved.
+// Rigid parts, instruments and force arrows on the graphics side; uploaded again only when one of them changed.
 #pragma once
 
 #include "client/view/gl_objects.hpp"
@@ -11,7 +11,7 @@ class SolidBatch {
  public:
   /// Needs a current OpenGL 3.3 core context, as do all functions below.
   SolidBatch();
-  /// Shows these tools from now on. Returns true when anything differs from before.
+  /// Shows these tools and parts from now on. Returns true when anything differs from before.
   bool show(const Sight& sight, const Box& rest);
   void draw() const;
   void draw_arrows() const;
@@ -20,8 +20,10 @@ class SolidBatch {
   static float tip_radius(const Box& rest) { return 0.014F * rest.diagonal(); }
 
  private:
-  GlVertexArray array_;
-  GlBuffer buffer_;
+  GlVertexArray array_, parts_array_;
+  GlBuffer buffer_, parts_buffer_;
+  std::size_t parts_vertices_ = 0;
+  std::uint64_t parts_version_ = 0;
   SolidMesh solids_, next_;
   std::size_t arrows_from_ = 0;  ///< index into solids_; the arrows end with it
 };

@@ -136,4 +136,25 @@ void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float 
                  {0, length, color_srgb, gloss}});
 }
 
+void append_part(SolidMesh& mesh, const PartMesh& part) {
+  constexpr float kSharp = 0.87F, kGloss = 0.15F;  // cosine of the angle beyond which an edge is sharp
+  const Vec3f color = to_linear(srgb_of(part.colour));
+  const BodyMesh& body = part.mesh;
+  const auto corner = [&](std::uint32_t i) { return Vec3f(body.vertices[i].rest.cast<float>()); };
+  std::vector<Vec3f> across;
+  std::vector<std::vector<std::uint32_t>> around(body.vertices.size());
+  for (std::uint32_t t = 0; t < body.triangles.size(); ++t) {
+    const Triangle& v = body.triangles[t];
+    across.push_back((corner(v[1]) - corner(v[0])).cross(corner(v[2]) - corner(v[0])));
+    for (const std::uint32_t i : v) around[i].push_back(t);
+  }
+  for (std::uint32_t t = 0; t < body.triangles.size(); ++t)
+    for (const std::uint32_t i : body.triangles[t]) {
+      Vec3f normal = across[t];
+      for (const std::uint32_t other : around[i])
+        if (other != t && across[other].normalized().dot(across[t].normalized()) > kSharp) normal += across[other];
+      mesh.push_back({corner(i), normal.normalized(), color, kGloss});
+    }
+}
+
 }  // namespace palpate

@@ -7,6 +7,7 @@
 
 #include "client/viewer/surface.hpp"
 #include "common/base/tool_shape.hpp"
+#include "common/wire/body_mesh.hpp"
 
 namespace palpate {
 
@@ -48,6 +49,9 @@ struct Instrument {
   Vec3f color = Vec3f::Ones();  ///< sRGB
 };
 void append_instrument(SolidMesh& mesh, const Instrument& instrument);
+
+/// Appends a rigid part. Triangles that meet at less than 30 degrees share normals.
+void append_part(SolidMesh& mesh, const PartMesh& part);
 
 /// Appends an arrow of the given length from `from`; nothing when it is shorter than its own width.
 void append_arrow(SolidMesh& mesh, const Vec3f& from, const Vec3f& along, float width, const Vec3f& color_srgb);

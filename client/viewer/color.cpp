@@ -32,6 +32,11 @@ constexpr std::array<std::array<float, 3>, 5> kStops{
 Vec3f to_linear(const Vec3f& srgb) { return srgb.unaryExpr(&linear_channel); }
 Vec3f to_srgb(const Vec3f& linear) { return linear.unaryExpr(&srgb_channel); }
 
+Vec3f srgb_of(std::uint32_t rrggbb) {
+  const auto of = [&](unsigned shift) { return static_cast<float>(rrggbb >> shift & 0xff) / 255; };
+  return {of(16), of(8), of(0)};
+}
+
 Vec3f displacement_color(float s) {
   constexpr float kDegree = 0.01745329252F;
   const float at = std::clamp(s, 0.0F, 1.0F) * static_cast<float>(kStops.size() - 1);

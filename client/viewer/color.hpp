@@ -11,6 +11,8 @@ namespace palpate {
 
 Vec3f to_linear(const Vec3f& srgb);
 Vec3f to_srgb(const Vec3f& linear);
+/// Returns the colour 0xrrggbb.
+Vec3f srgb_of(std::uint32_t rrggbb);
 
 /// Colour of a displacement, s in [0, 1] of the legend: from the tissue's own dusky red to pale yellow, interpolated in OKLab
 /// with lightness growing evenly, so that equal steps of millimetres look equal, also printed in grey and to colour-blind eyes.

@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "common/patch/patch.hpp"
@@ -31,6 +32,14 @@ inline std::uint8_t mark_of(const MeshVertex& vertex) { return vertex.fixed ? kF
 struct BodyMesh {
   std::vector<MeshVertex> vertices;
   std::vector<Triangle> triangles;
+};
+
+/// A rigid part of the scene.
+struct PartMesh {
+  std::string name;
+  std::uint32_t colour = 0;  ///< 0xrrggbb
+  double friction = 0;
+  BodyMesh mesh;
 };
 
 inline std::int32_t rest_steps(double metres) { return static_cast<std::int32_t>(std::lround(metres / kRestStepM)); }

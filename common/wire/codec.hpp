@@ -32,9 +32,12 @@ inline constexpr std::size_t kHelloBytes = 512;      ///< least size of a Hello,
 inline constexpr std::size_t kMaxRefuseBytes = 200;  ///< longer refusal texts are truncated
 inline constexpr std::size_t kMaxRoomNames = 64;     ///< limit of a RoomList
 inline constexpr std::size_t kMaxPieceTriangles = 116, kMaxPieceVertices = 104, kMaxPieceRemoved = 340;  ///< of a MeshPiece
-inline constexpr std::size_t kTriangleBytes = 9, kVertexBytes = 10, kRemovedBytes = 3;                   ///< sizes in a MeshPiece
-inline constexpr std::size_t kMaxPieceBytes = 1060;          ///< size of the blocks of a ShapePiece
-inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;  ///< limit of a surface
+inline constexpr std::size_t kMaxParts = 16, kMaxPartItems = 90;  ///< of a scene; vertices or triangles of a PartPiece
+inline constexpr double kMaxPartStiffnessNM = 1e6, kMaxPartFriction = 10;
+inline constexpr std::uint32_t kMaxPartTriangles = 20'000, kMaxPartVertices = 3 * kMaxPartTriangles;
+inline constexpr std::size_t kTriangleBytes = 9, kVertexBytes = 10, kRemovedBytes = 3;  ///< sizes in a MeshPiece
+inline constexpr std::size_t kMaxPieceBytes = 1060;                                     ///< size of the blocks of a ShapePiece
+inline constexpr std::uint32_t kMaxMeshVertices = 1u << 24;                             ///< limit of a surface
 
 /// Verifies the buffer, then bounds, then finiteness, then consistency, and runs check() on a patch. `message` is valid only when
 /// `none` is returned, except that after `version` its instance, station and seq are set if they could be read. Never throws,

@@ -46,6 +46,17 @@ WireFault read(const wire::Hello& table, Hello& m) {
   return WireFault::none;
 }
 
+WireFault read_tool(const flatbuffers::Vector<const wire::Sphere*>* spheres, const flatbuffers::Vector<const wire::Jaw*>* jaws,
+                    ToolShape& tool) {
+  if (!spheres) return jaws ? WireFault::malformed : WireFault::none;
+  const auto count = spheres->size();
+  if (count < 1 || count > kMaxToolSpheres || (jaws && jaws->size() != count)) return WireFault::malformed;
+  MessageValidator sense;
+  for (flatbuffers::uoffset_t j = 0; j < count; ++j)
+    tool.push_back(sense.sphere(*spheres->Get(j), jaws ? jaws->Get(j) : nullptr));
+  return sense.fault();
+}
+
 WireFault read(const wire::Welcome& table, Welcome& m) {
   if (!table.home() || !table.mesh_hash()) return WireFault::malformed;
   MessageValidator sense;
@@ -57,7 +68,12 @@ WireFault read(const wire::Welcome& table, Welcome& m) {
   m.home = pack::from(*table.home());
   sense.position(m.home);
   sense.that(table.vertices() <= kMaxMeshVertices && table.triangles() <= 4 * kMaxMeshVertices);
+  sense.that(table.parts() <= kMaxParts);
+  sense.number(table.coupling(), 0, kMaxPartStiffnessNM);
   if (!sense.ok()) return sense.fault();
+  if (const WireFault fault = read_tool(table.tool(), table.tool_jaws(), m.tool); fault != WireFault::none) return fault;
+  m.parts = table.parts();
+  m.coupling_n_m = table.coupling();
   m.scene = view_of(table.scene());
   m.station = view_of(table.station());
   m.rate_hz = table.rate_hz();
@@ -209,7 +225,7 @@ WireFault read(const wire::Task& table, Task& m) { return read_task(table, m); }
 
 WireFault read(const wire::MeshRequest& table, MeshRequest& m) {
   m.piece = table.piece();
-  return m.piece < kMaxMeshVertices ? WireFault::none : WireFault::out_of_range;
+  return m.piece < (kMaxParts + 1) * kPartPieces ? WireFault::none : WireFault::out_of_range;
 }
 
 std::uint32_t read_24(const flatbuffers::Vector<std::uint8_t>& bytes, std::size_t at) {
@@ -266,6 +282,28 @@ WireFault read(const wire::MeshPiece& table, MeshPiece& m) {
   if (table.vertices()) return read_vertices(*table.vertices(), m.vertices);
   if (table.removed()) return read_numbers(*table.removed(), m.removed);
   return table.triangles() ? read_triangles(*table.triangles(), m.triangles) : WireFault::none;
+}
+
+WireFault read(const wire::PartPiece& table, PartPiece& m) {
+  if ((table.vertices() != nullptr) == (table.triangles() != nullptr)) return WireFault::malformed;
+  const std::size_t bytes =
+      table.vertices() ? table.vertices()->size() / kVertexBytes : table.triangles()->size() / kTriangleBytes;
+  if (bytes > kMaxPartItems) return WireFault::malformed;
+  MessageValidator sense;
+  sense.name(view_of(table.name()), 1);
+  sense.that(table.part() >= 1 && table.part() <= kMaxParts && table.piece() < kPartPieces);
+  sense.that(table.all_vertices() <= kMaxPartVertices && table.all_triangles() <= kMaxPartTriangles &&
+             table.colour() <= 0xffffff);
+  sense.number(table.friction(), 0, kMaxPartFriction);
+  if (!sense.ok()) return sense.fault();
+  m.part = table.part();
+  m.name = view_of(table.name());
+  m.colour = table.colour();
+  m.friction = table.friction();
+  m.all_vertices = table.all_vertices();
+  m.all_triangles = table.all_triangles();
+  m.piece = table.piece();
+  return table.vertices() ? read_vertices(*table.vertices(), m.vertices) : read_triangles(*table.triangles(), m.triangles);
 }
 
 WireFault read(const wire::ShapePiece& table, ShapePiece& m) {
@@ -327,12 +365,7 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
     view.in_use.limit = Micros{station->patch_limit()};
     m.stations.push_back(std::move(view));
   }
-  if (!table.tool()) return table.jaws() ? WireFault::malformed : sense.fault();
-  const auto spheres = table.tool()->size();
-  if (spheres < 1 || spheres > kMaxToolSpheres || (table.jaws() && table.jaws()->size() != spheres)) return WireFault::malformed;
-  for (flatbuffers::uoffset_t j = 0; j < spheres; ++j)
-    m.tool.push_back(sense.sphere(*table.tool()->Get(j), table.jaws() ? table.jaws()->Get(j) : nullptr));
-  return sense.fault();
+  return sense.ok() ? read_tool(table.tool(), table.jaws(), m.tool) : sense.fault();
 }
 
 WireFault read(const wire::Tools& table, Tools& m) {
@@ -440,6 +473,8 @@ WireFault read_body(const wire::Datagram& datagram, Message& message) {
       return read_into<MeshRequest>(datagram.payload_as_MeshRequest(), message);
     case wire::Payload::MeshPiece:
       return read_into<MeshPiece>(datagram.payload_as_MeshPiece(), message);
+    case wire::Payload::PartPiece:
+      return read_into<PartPiece>(datagram.payload_as_PartPiece(), message);
     case wire::Payload::ShapePiece:
       return read_into<ShapePiece>(datagram.payload_as_ShapePiece(), message);
     case wire::Payload::Tools:

@@ -47,9 +47,12 @@ class BodyWriter {
     const auto station = m.station.empty() ? 0 : text(m.station, kMaxNameBytes);
     const auto home = packer_.point(m.home);
     const auto hash = pack::Packer::wide(m.mesh_hash), scene_hash = pack::Packer::wide(m.scene_hash);
-    return done(wire::Payload::Welcome, wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact),
-                                                            packer_.number(m.rate_hz), &home, m.vertices, m.triangles, &hash,
-                                                            packer_.number(m.deadband), station, m.turns, &scene_hash, m.jaws));
+    const auto spheres = spheres_of(m.tool);
+    const auto jaws = jaws_of(m.tool);
+    return done(wire::Payload::Welcome,
+                wire::CreateWelcome(builder_, scene, static_cast<std::uint8_t>(m.contact), packer_.number(m.rate_hz), &home,
+                                    m.vertices, m.triangles, &hash, packer_.number(m.deadband), station, m.turns, &scene_hash,
+                                    m.jaws, m.parts, packer_.number(m.coupling_n_m), spheres, jaws));
   }
   Offset<void> operator()(const Refuse& m) {
     // Without a text a refusal is no larger than the shortest request that it may have to answer.
@@ -120,15 +123,7 @@ class BodyWriter {
     packer_.require(!m.vertices.empty() + !m.triangles.empty() + !m.removed.empty() <= 1);
     if (!packer_.ok()) return {};
     LittleBytes bytes;
-    for (const auto& vertex : m.vertices) {
-      for (const double x : vertex.rest) bytes.add_24(packer_.rest(x));
-      bytes.add(mark_of(vertex));
-    }
-    for (const auto& triangle : m.triangles)
-      for (const auto index : triangle) {
-        packer_.require(index < kMaxMeshVertices);
-        bytes.add_24(index);
-      }
+    add_items(m.vertices, m.triangles, bytes);
     for (const auto number : m.removed) {
       packer_.require(number < kMaxMeshVertices);
       bytes.add_24(number);
@@ -140,6 +135,20 @@ class BodyWriter {
     return done(wire::Payload::MeshPiece,
                 wire::CreateMeshPiece(builder_, &hash, m.piece, m.pieces, m.first, m.vertices.empty() ? none : items,
                                       of_triangles ? items : none, m.removed.empty() ? none : items));
+  }
+  Offset<void> operator()(const PartPiece& m) {
+    packer_.require(m.vertices.size() <= kMaxPartItems && m.triangles.size() <= kMaxPartItems);
+    packer_.require(m.vertices.empty() != m.triangles.empty());
+    if (!packer_.ok()) return {};
+    LittleBytes bytes;
+    add_items(m.vertices, m.triangles, bytes);
+    const auto name = text(m.name, kMaxNameBytes);
+    const auto items = builder_.CreateVector(bytes.data(), bytes.size());
+    const Offset<flatbuffers::Vector<std::uint8_t>> none;
+    return done(
+        wire::Payload::PartPiece,
+        wire::CreatePartPiece(builder_, m.part, name, m.colour, packer_.number(m.friction), m.all_vertices, m.all_triangles,
+                              m.piece, m.vertices.empty() ? none : items, m.triangles.empty() ? none : items));
   }
   Offset<void> operator()(const ShapePiece& m) {
     packer_.require(m.blocks.size() <= kMaxPieceBytes);
@@ -209,6 +218,17 @@ class BodyWriter {
   }
 
  private:
+  void add_items(const std::vector<MeshVertex>& vertices, const std::vector<Triangle>& triangles, LittleBytes& bytes) {
+    for (const auto& vertex : vertices) {
+      for (const double x : vertex.rest) bytes.add_24(packer_.rest(x));
+      bytes.add(mark_of(vertex));
+    }
+    for (const auto& triangle : triangles)
+      for (const auto index : triangle) {
+        packer_.require(index < kMaxMeshVertices);
+        bytes.add_24(index);
+      }
+  }
   Offset<flatbuffers::Vector<const wire::Sphere*>> spheres_of(const ToolShape& tool) {
     packer_.require(tool.size() <= kMaxToolSpheres);
     if (tool.empty() || !packer_.ok()) return {};

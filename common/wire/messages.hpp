@@ -57,6 +57,9 @@ struct Welcome {
   bool turns = false;            ///< true: each sample needs its orientation, as the tool has a body
   std::uint64_t scene_hash = 0;  ///< server/core/scene_hash.hpp, 0 = not known
   bool jaws = false;             ///< true: each sample needs its opening, as the tool has jaws
+  std::uint8_t parts = 0;        ///< number of the scene's rigid parts
+  double coupling_n_m = 0;       ///< contact stiffness of tools with parts; as `tool` not set without parts
+  ToolShape tool = {};           ///< body of the tools; empty: points
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -145,9 +148,22 @@ struct Beat {
 
 struct Leave {};
 
-/// Viewer -> server: send piece `piece` of the topology.
+/// Station -> server: send piece `piece` of the topology; of rigid part p, from 1 on, p kPartPieces + its piece.
 struct MeshRequest {
   std::uint32_t piece = 0;
+};
+inline constexpr std::uint32_t kPartPieces = 1u << 24;
+
+/// Server -> station: vertices or triangles of a rigid part.
+struct PartPiece {
+  std::uint8_t part = 1;
+  std::string name;
+  std::uint32_t colour = 0;  ///< 0xrrggbb
+  double friction = 0;
+  std::uint32_t all_vertices = 0, all_triangles = 0;  ///< numbers of the whole part
+  std::uint32_t piece = 0;                            ///< those with vertices come first, each full but the last
+  std::vector<MeshVertex> vertices = {};
+  std::vector<Triangle> triangles = {};
 };
 
 /// Server -> viewer: one piece of the mesh, vertices or triangles [first, first + size); or one that changes the mesh
@@ -244,7 +260,7 @@ struct RoomList {
 
 /// A Task: server -> viewer, every few seconds: the task that the scene states.
 using Payload = std::variant<Hello, Welcome, Refuse, Samples, PatchMessage, Beat, Leave, MeshRequest, MeshPiece, ShapePiece,
-                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance, Task, Note, RoomList>;
+                             Tools, PatchTerms, ViewState, RoomView, Reset, Guidance, Task, Note, RoomList, PartPiece>;
 
 struct Message {
   std::uint64_t instance = 0;  ///< secret of the session, drawn by the server; in a Hello: of the former session, or 0

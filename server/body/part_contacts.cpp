@@ -1,6 +1,7 @@
 #include "server/body/part_contacts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/body/spectrum.hpp"
@@ -22,10 +23,14 @@ PartContacts::PartContacts(const LumpedBody& body) : parts_(body.parts), body_(&
 void PartContacts::set_stiffness(const std::vector<double>& own_n_m) { own_n_m_ = own_n_m; }
 
 double PartContacts::most_w2() const {
-  double ratio = 0, most = 0;
-  for (const auto& part : parts_) ratio += part->stiffness_ratio;
+  std::array<double, 2> ratio{};  // of the stiffest two: a node in a corner touches both
+  double most = 0;
+  for (const auto& part : parts_) {
+    ratio[1] = std::max(ratio[1], std::min(ratio[0], part->stiffness_ratio));
+    ratio[0] = std::max(ratio[0], part->stiffness_ratio);
+  }
   for (std::size_t k = 0; k < nodes_.size(); ++k) most = std::max(most, own_n_m_[k] / body_->masses_kg[nodes_[k]]);
-  return ratio * most;
+  return (ratio[0] + ratio[1]) * most;
 }
 
 std::optional<PartContacts::Touch> PartContacts::touch_of(const PartAnchors* anchors, std::size_t k, std::size_t part,

@@ -81,6 +81,11 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   }
   for (const Triangle& t : triangles) facts.mesh.triangles.push_back({place_of[t[0]], place_of[t[1]], place_of[t[2]]});
   facts.mesh_hash = mesh_hash(facts.mesh);
+  facts.coupling_n_m = scene.tool.contact_stiffness_n_m;
+  for (const auto& part : body.parts) {
+    PartMesh& drawn = facts.parts.emplace_back(PartMesh{part->name, part->colour, part->friction, {{}, part->triangles}});
+    for (const Vec3& vertex : part->vertices) drawn.mesh.vertices.push_back({vertex.unaryExpr(&to_rest_step)});
+  }
   return facts;
 }
 

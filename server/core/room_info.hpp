@@ -22,6 +22,8 @@ struct RoomInfo {
   std::uint64_t scene_hash = 0;  ///< scene_hash()
   std::optional<Task> task = {};
   ToolShape tool = {};
+  std::vector<PartMesh> parts = {};
+  double coupling_n_m = 0;  ///< contact stiffness of the tools
 };
 
 /// The mesh holds the vertices that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with

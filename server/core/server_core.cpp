@@ -61,7 +61,7 @@ bool ServerCore::take_from(Station& station, const Message& message, Micros now)
     take_note(station, *note, message, now);
   else if (const auto* state = std::get_if<ViewState>(&body); state && station.views())
     views_.heard(station, *state);
-  else if (const auto* request = std::get_if<MeshRequest>(&body); request && station.views())
+  else if (const auto* request = std::get_if<MeshRequest>(&body))
     return views_.asked(station, *request);
   else
     return false;
@@ -153,7 +153,6 @@ std::size_t ServerCore::emit_to_next(std::span<std::byte> out, PeerId& to, Micro
     to = station.peer;
     if (const auto size = patches_.emit(stations, station, out, now)) return size;
     if (const auto size = guidance_.emit(stations, station, out, now)) return size;
-    if (!station.views()) continue;
     if (const auto size = views_.emit(stations, station, out, now)) return size;
   }
   return 0;

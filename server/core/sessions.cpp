@@ -44,7 +44,10 @@ Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
                {},
                !facts.tool.empty(),
                facts.scene_hash,
-               has_jaws(facts.tool)},
+               has_jaws(facts.tool),
+               static_cast<std::uint8_t>(facts.parts.size()),
+               facts.parts.empty() ? 0 : facts.coupling_n_m,
+               facts.parts.empty() ? ToolShape() : facts.tool},
       draw_(options.draw),
       room_(options.room),
       rooms_(in_a_list(options.rooms)) {

@@ -39,7 +39,9 @@ void ViewSender::take(const FrameResult& result, Stations& stations, const BodyN
 }
 
 bool ViewSender::asked(Station& viewer, const MeshRequest& request) const {
-  if (request.piece >= mesh_.pieces()) return false;
+  const std::uint32_t part = request.piece / kPartPieces;
+  if (part > facts_.parts.size() || (part == 0 && !viewer.views())) return false;
+  if (request.piece % kPartPieces >= (part == 0 ? mesh_.pieces() : part_pieces(facts_.parts[part - 1]))) return false;
   auto& pieces = viewer.outbox.mesh_pieces;
   if (pieces.size() < kMostMeshPieces && std::find(pieces.begin(), pieces.end(), request.piece) == pieces.end())
     pieces.push_back(request.piece);
@@ -59,14 +61,19 @@ std::size_t ViewSender::emit(const Stations& stations, Station& viewer, std::spa
   if (box.mesh_pieces.empty() || !may_have_mesh(viewer, now)) return 0;
   const auto piece = box.mesh_pieces.front();
   box.mesh_pieces.pop_front();
-  const auto size = encode_for(viewer, piece < mesh_.scene_pieces() ? mesh_piece(facts_, piece) : mesh_.change(piece), out, now);
+  const std::uint32_t part = piece / kPartPieces;
+  const auto size =
+      part > 0 ? encode_for(viewer, part_piece(facts_.parts[part - 1], part, piece % kPartPieces), out, now)
+               : encode_for(viewer, piece < mesh_.scene_pieces() ? mesh_piece(facts_, piece) : mesh_.change(piece), out, now);
   *box.mesh_bytes -= static_cast<double>(size);
   return size;
 }
 
 /// Allows the whole mesh at once, and as much again for lost datagrams; further pieces at the viewer's rate.
 bool ViewSender::may_have_mesh(Station& viewer, Micros now) const {
-  const double most = 2.0 * mesh_pieces(facts_.mesh) * kMaxDatagramBytes;
+  std::uint32_t pieces = mesh_pieces(facts_.mesh);
+  for (const PartMesh& part : facts_.parts) pieces += part_pieces(part);
+  const double most = 2.0 * pieces * kMaxDatagramBytes;
   auto& left = viewer.outbox.mesh_bytes;
   const double more = left ? viewer.shape.kbit_s * 125 * seconds(now - std::exchange(viewer.outbox.mesh_bytes_at, now)) : 0;
   if (!left) viewer.outbox.mesh_bytes_at = now;

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/patch/triangle_tree.hpp"
 #include "server/scene/surface.hpp"
-#include "server/scene/triangle_tree.hpp"
 
 namespace palpate {
 namespace {

@@ -13,14 +13,9 @@
 #include <string_view>
 #include <vector>
 
-#include "common/patch/patch.hpp"
+#include "common/patch/triangle_tree.hpp"
 
 namespace palpate {
-
-struct TriangleMesh {
-  std::vector<Vec3> vertices;
-  std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
-};
 
 inline constexpr std::size_t kMaxTriangles = 2'000'000, kMaxSurfaceVertices = 3 * kMaxTriangles;
 inline constexpr std::size_t kMaxCorners = 1'000;  ///< most corners of a polygon: the cost of cutting one grows with their square

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "server/scene/surface.hpp"
-#include "server/scene/triangle_tree.hpp"
 
 namespace palpate {
 namespace {

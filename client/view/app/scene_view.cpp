@@ -46,6 +46,7 @@ void SceneView::mark(const Foresight* foresight, const Shape* frame) {
 Caption SceneView::caption(Micros now) {
   Caption caption = source_.caption(now, moment_.tools);
   caption.panels.stations = hues_.stations();
+  caption.panels.parts = source_.parts();
   caption.panels.foresight = foresight_ ? &*foresight_ : nullptr;
   return caption;
 }
@@ -67,6 +68,8 @@ Sight SceneView::sight() const {
           .hues = tool_hues_,
           .pins = pins_,
           .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),
+          .parts = source_.parts(),
+          .parts_version = (source_.mesh_version() << 8) + source_.parts().size(),
           .color = moment_.shape.channel,
           .closed = closed_,
           .color_max = scales_.color_max(moment_.shape.channel),

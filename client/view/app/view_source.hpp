@@ -20,6 +20,8 @@ class ViewSource {
   virtual const std::vector<Vec3f>& rest() const = 0;
   /// Version of the mesh, which grows with every new topology.
   virtual std::uint64_t mesh_version() const = 0;
+  /// Rigid parts of the scene; empty until they have arrived, and where the source has none.
+  virtual std::span<const PartMesh> parts() const { return {}; }
   /// Returns the moment to show at `now` in `moment`; false while there is none.
   virtual bool show(Micros now, ViewMoment& moment) = 0;
   /// Selects the quantity that colours show.

@@ -43,11 +43,14 @@ class SmallWorld {
     start_server(1);
   }
 
-  ToolShape tool;  ///< of the next server
+  ToolShape tool;               ///< of the next server
+  std::vector<PartMesh> parts;  ///< of the next server
 
   void start_server(std::uint64_t instance) {
     RoomInfo facts = test_facts(contact_);
     facts.tool = tool;
+    facts.parts = parts;
+    facts.coupling_n_m = 1000;
     server =
         std::make_unique<ServerCore>(facts, ServerOptions{.draw = repeatable(instance), .rate_hz = 20, .deadband = deadband_});
   }

@@ -62,7 +62,13 @@ struct Sensible {
     return sensible(m.here) && m.names.size() <= kMaxRoomNames &&
            std::all_of(m.names.begin(), m.names.end(), [](const std::string& name) { return !name.empty() && sensible(name); });
   }
-  bool operator()(const MeshRequest& m) const { return m.piece < kMaxMeshVertices; }
+  bool operator()(const MeshRequest& m) const { return m.piece / kPartPieces <= kMaxParts; }
+  bool operator()(const PartPiece& m) const {
+    return m.part >= 1 && m.part <= kMaxParts && sensible(m.name) && !m.name.empty() && m.all_vertices <= kMaxPartVertices &&
+           m.all_triangles <= kMaxPartTriangles && m.vertices.size() <= kMaxPartItems && m.triangles.size() <= kMaxPartItems &&
+           m.friction >= 0 && m.friction <= kMaxPartFriction &&
+           std::all_of(m.vertices.begin(), m.vertices.end(), [](const auto& v) { return sensible(v.rest, kWorldExtentM); });
+  }
   bool operator()(const MeshPiece& m) const {
     return m.piece < m.pieces && m.triangles.size() <= kMaxPieceTriangles && m.vertices.size() <= kMaxPieceVertices &&
            m.removed.size() <= kMaxPieceRemoved &&

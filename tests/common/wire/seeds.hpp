@@ -272,6 +272,10 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(tools));
   tools.jaws = true;
   all.push_back(message(tools));
+  tools.parts = 3;
+  tools.coupling_n_m = 1500;
+  tools.tool = {{.centre = Vec3(0, 0, 0.0625), .radius_m = 0.00390625}, {.centre = Vec3(0, 0.03125, 0), .radius_m = 0.0078125}};
+  all.push_back(message(tools));
   all.push_back(message(PatchMessage{shared_patch(7, 8, 9, 2)}));
   Patch constant = common_patch(ContactKind::touch);
   constant.scheme = Scheme::hold;
@@ -326,6 +330,15 @@ inline std::vector<Message> every_kind() {
   mesh.vertices.clear();
   mesh.removed = {1, 7, 70000};
   all.push_back(message(mesh));
+  PartPiece part{3, "table", 0x8fa3ad, 0.25, 500, 900, 7};
+  for (std::uint32_t i = 0; i < kMaxPartItems; ++i) part.triangles.push_back({i, i + 1, 499 - i});
+  all.push_back(message(part));
+  part.triangles.clear();
+  part.name = std::string(kMaxNameBytes, 'p');
+  for (std::size_t i = 0; i < kMaxPartItems; ++i)
+    part.vertices.push_back({Vec3(noise(random), 9.9 * noise(random), -0.1).unaryExpr(&to_rest_step)});
+  all.push_back(message(part));
+  all.push_back(message(MeshRequest{3 * kPartPieces + 1}));
   all.push_back(message(shape_piece(random, ShapeChannel::position, 200)));
   all.push_back(message(shape_piece(random, ShapeChannel::tension, 3)));
   all.push_back(message(ViewState{123456, 0xfedcba9876543210ull, 2, 1500}));

@@ -12,9 +12,14 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "server/scene/surface_file.hpp"
+#include "common/patch/patch.hpp"
 
 namespace palpate {
+
+struct TriangleMesh {
+  std::vector<Vec3> vertices;
+  std::vector<Triangle> triangles;  ///< counter-clockwise seen from outside
+};
 
 class TriangleTree {
  public:

@@ -1,4 +1,4 @@
-#include "server/scene/triangle_tree.hpp"
+#include "common/patch/triangle_tree.hpp"
 
 #include <algorithm>
 #include <cmath>
