@@ -62,59 +62,56 @@ std::string cells(const char* what, const Cells& list) {
 
 }  // namespace
 
-Topology topology_of(const RecordingHead& head) {
-  Topology topology{head.surface.triangles, {}};
-  if (!topology.triangles.empty() || head.scene.empty()) return topology;
+Edges edges_of(const RecordingHead& head) {
+  Edges edges;
+  if (!head.surface.triangles.empty() || head.scene.empty()) return edges;
   std::map<std::uint32_t, std::uint32_t> place;
   for (const std::uint32_t node : head.surface.nodes) place.emplace(node, static_cast<std::uint32_t>(place.size()));
   for (const Element& element : read_scene(head.scene, head.scene_file).body.elements)
-    if (place.contains(element.a) && place.contains(element.b))
-      topology.edges.push_back({place.at(element.a), place.at(element.b)});
-  return topology;
+    if (place.contains(element.a) && place.contains(element.b)) edges.push_back({place.at(element.a), place.at(element.b)});
+  return edges;
 }
 
-void write_ply(const std::filesystem::path& file, const RecordedSurface& surface, const Topology& topology,
-               const std::vector<Vec3>& positions) {
+void write_ply(const std::filesystem::path& file, const BodyMesh& mesh, const Edges& edges, const std::vector<Vec3>& positions) {
   std::string ply = fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property float displacement_x\nproperty float displacement_y\nproperty float displacement_z\nelement face {}\n"
       "property list uchar int vertex_indices\nelement edge {}\nproperty int vertex1\nproperty int vertex2\nend_header\n",
-      positions.size(), topology.triangles.size(), topology.edges.size());
+      positions.size(), mesh.triangles.size(), edges.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     append(ply, positions[i]);
-    append(ply, Vec3(positions[i] - surface.rest[i]));
+    append(ply, Vec3(positions[i] - mesh.vertices[i].rest));
   }
-  for (const Triangle& triangle : topology.triangles) {
+  for (const Triangle& triangle : mesh.triangles) {
     append(ply, std::uint8_t{3});
     for (const std::uint32_t vertex : triangle) append(ply, static_cast<std::int32_t>(vertex));
   }
-  for (const auto& edge : topology.edges)
+  for (const auto& edge : edges)
     for (const std::uint32_t vertex : edge) append(ply, static_cast<std::int32_t>(vertex));
   write_text(file, ply);
 }
 
-void write_vtp(const std::filesystem::path& file, const RecordedSurface& surface, const Topology& topology,
-               const std::vector<Vec3>& positions) {
+void write_vtp(const std::filesystem::path& file, const BodyMesh& mesh, const Edges& edges, const std::vector<Vec3>& positions) {
   std::string points, displacements;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     append(points, positions[i]);
-    append(displacements, Vec3(positions[i] - surface.rest[i]));
+    append(displacements, Vec3(positions[i] - mesh.vertices[i].rest));
   }
   std::string vtp =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
       "header_type=\"UInt32\">\n<PolyData>\n";
   vtp += fmt::format(
       "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
-      positions.size(), topology.edges.size(), topology.triangles.size());
+      positions.size(), edges.size(), mesh.triangles.size());
   vtp += "<PointData Vectors=\"displacement\">\n" + data_array("Float32", "displacement", 3, displacements) + "</PointData>\n";
   vtp += "<Points>\n" + data_array("Float32", "points", 3, points) + "</Points>\n";
-  vtp += cells("Lines", topology.edges) + cells("Polys", topology.triangles);
+  vtp += cells("Lines", edges) + cells("Polys", mesh.triangles);
   write_text(file, vtp + "</Piece>\n</PolyData>\n</VTKFile>\n");
 }
 
 std::size_t export_shapes(RecordingReader& recording, const std::filesystem::path& out, ShapeFormat format, double frames_hz) {
   const RecordingHead& head = recording.head();
-  const Topology topology = topology_of(head);
+  const Edges edges = edges_of(head);
   const bool vtk = format == ShapeFormat::vtk;
   std::string series = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
   const Micros stands_for = std::max(kStandsForLeast, head.shapes_hz > 0 ? from_seconds(2 / head.shapes_hz) : Micros{});
@@ -130,9 +127,11 @@ std::size_t export_shapes(RecordingReader& recording, const std::filesystem::pat
       i = std::max(i, static_cast<std::size_t>(std::ceil(seconds(*next - recording.begin()) * frames_hz)) - 1);
       continue;
     }
+    const BodyMesh* const mesh = recording.mesh_of(*shape);
+    if (!mesh) continue;
     if (count == 0) make_output_folder((out / "shapes").string());
     const std::string name = fmt::format("shapes/shape_{:05}.{}", count++, vtk ? "vtp" : "ply");
-    (vtk ? write_vtp : write_ply)(out / name, head.surface, topology, shape->positions);
+    (vtk ? write_vtp : write_ply)(out / name, *mesh, edges, shape->positions);
     fmt::format_to(std::back_inserter(series), "<DataSet timestep=\"{:.6f}\" part=\"0\" file=\"{}\"/>\n",
                    seconds(t - recording.begin()), name);
   }

@@ -10,18 +10,13 @@ namespace palpate {
 
 enum class ShapeFormat : std::uint8_t { ply, vtk };
 
-struct Topology {
-  std::vector<Triangle> triangles;
-  std::vector<std::array<std::uint32_t, 2>> edges;  ///< only without triangles
-};
-/// Topology of the recorded vertices. Edges are read from the scene in the head.
-Topology topology_of(const RecordingHead& head);
+using Edges = std::vector<std::array<std::uint32_t, 2>>;
+/// Edges between the recorded vertices of a body without triangles, from the scene in the head.
+Edges edges_of(const RecordingHead& head);
 
 /// Write one shape. Throw InputError if that fails.
-void write_ply(const std::filesystem::path& file, const RecordedSurface& surface, const Topology& topology,
-               const std::vector<Vec3>& positions);
-void write_vtp(const std::filesystem::path& file, const RecordedSurface& surface, const Topology& topology,
-               const std::vector<Vec3>& positions);
+void write_ply(const std::filesystem::path& file, const BodyMesh& mesh, const Edges& edges, const std::vector<Vec3>& positions);
+void write_vtp(const std::filesystem::path& file, const BodyMesh& mesh, const Edges& edges, const std::vector<Vec3>& positions);
 
 /// Writes OUT/shapes/shape_00000.EXT and so on, and OUT/shapes.pvd for VTK: one shape every 1 / `frames_hz`, from the first on.
 /// Returns their number.

@@ -70,6 +70,15 @@ py::array recorded_triangles(Recording& recording, py::handle owner) {
               {sizeof(Triangle), sizeof(std::uint32_t)}, owner);
 }
 
+py::object triangles_at(Recording& recording, double t_s) {
+  const auto shape = recording.reader().shape_at(recording.reader().begin() + from_seconds(t_s));
+  const BodyMesh* const mesh = shape ? recording.reader().mesh_of(*shape) : nullptr;
+  if (!mesh) return py::none();
+  py::array_t<std::uint32_t> triangles({static_cast<py::ssize_t>(mesh->triangles.size()), py::ssize_t{3}});
+  std::copy(mesh->triangles.begin(), mesh->triangles.end(), reinterpret_cast<Triangle*>(triangles.mutable_data()));
+  return triangles;
+}
+
 std::vector<Motion> motions(const Recording& recording, const std::string& station) {
   const SessionHand& first = recording.hand(station);
   return motions_of(recording.session(), static_cast<std::size_t>(&first - recording.session().hands.data()), recording.name());
@@ -161,9 +170,12 @@ void add_recording(py::module_& module) {
            "Motions of all hands over one interval, this one first, for replay(). Raises InputError.")
       .def("shape_at", &shape_at, py::arg("t_s"),
            "Positions of the recorded vertices at t_s, (vertices, 3) [m]; None before the first.")
+      .def("triangles_at", &triangles_at, py::arg("t_s"),
+           "Triangles of the shape at t_s, (triangles, 3): a blade changes them. None before the first shape, or where damage "
+           "took them.")
       .def_property_readonly(
           "triangles", [](py::object self) { return recorded_triangles(self.cast<Recording&>(), self); },
-          "Triangles of the recorded vertices, (triangles, 3). A view.");
+          "Triangles at the beginning, (triangles, 3). A view.");
 }
 
 }  // namespace palpate::python

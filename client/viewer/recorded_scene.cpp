@@ -37,23 +37,14 @@ void sort_by_time(Items& items) {
   sort_stably(items.begin(), items.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
 }
 
-BodyMesh mesh_of(const RecordedSurface& surface) {
-  BodyMesh mesh;
-  for (const Vec3& x : surface.rest) mesh.vertices.push_back({x, false});
-  for (const std::uint32_t vertex : surface.fixed) mesh.vertices[vertex].fixed = true;
-  for (const std::uint32_t vertex : surface.walls) mesh.vertices[vertex].wall = true;
-  mesh.triangles = surface.triangles;
-  return mesh;
-}
-
 }  // namespace
 
 RecordedScene::RecordedScene(const RecordingReader& recording, const std::string& name)
-    : recording_(recording), mesh_(mesh_of(recording.head().surface)) {
+    : recording_(recording), surfaces_(recording.head().surface) {
   const RecordingHead& head = recording.head();
   if (head.kind == RecordingKind::station) throw InputError(name, "is the recording of a station, which has no body", kExpected);
-  if (mesh_.triangles.empty()) throw InputError(name, "its body has no triangles to draw", kExpected);
-  for (const MeshVertex& vertex : mesh_.vertices) rest_.push_back(vertex.rest.cast<float>());
+  if (head.surface.triangles.empty()) throw InputError(name, "its body has no triangles to draw", kExpected);
+  show_mesh(mesh_of(head.surface), 0);
   if (head.rate_hz > 0) period_ = from_seconds(1 / head.rate_hz);
   if (head.shapes_hz > 0) shape_period_ = std::max(period_, from_seconds(1 / head.shapes_hz));
   for (std::size_t k = 0; k < recording.blocks().size(); ++k) {
@@ -80,8 +71,10 @@ RecordedScene::RecordedScene(const RecordingReader& recording, const std::string
 }
 
 void RecordedScene::take(const RecordedBlock& block, std::size_t k) {
+  for (const RecordedMeshChange& change : block.mesh_changes) surfaces_.take(change);
   for (std::size_t i = 0; i < block.shapes.size(); ++i) {
-    shapes_.push_back({block.shapes[i].t, k, i});
+    if (!surfaces_.mesh_of(block.shapes[i])) continue;  // a damaged block had its surface
+    shapes_.push_back({block.shapes[i].t, k, i, block.shapes[i].mesh});
     note_displacement(block.shapes[i]);
   }
   for (const RecordedFrame& frame : block.frames) frames_.push_back({frame.t, frame.took});
@@ -112,6 +105,13 @@ void RecordedScene::take_events(const RecordedBlock& block) {
     hand.scheme = event.scheme;
     hand.joined = event.t;
   }
+}
+
+void RecordedScene::show_mesh(const BodyMesh& mesh, std::uint32_t number) {
+  mesh_ = mesh;
+  mesh_number_ = number;
+  rest_.clear();
+  for (const MeshVertex& vertex : mesh_.vertices) rest_.push_back(vertex.rest.cast<float>());
 }
 
 void RecordedScene::note_displacement(const RecordedShape& shape) {
@@ -200,6 +200,8 @@ void RecordedScene::shape_at(Micros t, Shape& shape) {
   const auto from = last_until(shapes_, t);
   const auto i = static_cast<std::size_t>(from == shapes_.end() ? 0 : from - shapes_.begin());
   const std::vector<Vec3>& a = positions(i);
+  if (shapes_[i].mesh != mesh_number_)
+    if (const BodyMesh* mesh = surfaces_.mesh_of({shapes_[i].t, a, shapes_[i].mesh})) show_mesh(*mesh, shapes_[i].mesh);
   shape.body_time = t;
   shape.positions.clear();
   for (const Vec3& x : a) shape.positions.push_back(x.cast<float>());
@@ -208,7 +210,9 @@ void RecordedScene::shape_at(Micros t, Shape& shape) {
   if (t <= begins) return;
   const auto s = static_cast<float>(seconds(t - begins) / seconds(shapes_[i + 1].t - begins));
   const std::vector<Vec3>& b = positions(i + 1);
-  for (std::size_t v = 0; v < b.size(); ++v) shape.positions[v] += s * (b[v].cast<float>() - shape.positions[v]);
+  // The next may have more vertices.
+  for (std::size_t v = 0; v < std::min(b.size(), a.size()); ++v)
+    shape.positions[v] += s * (b[v].cast<float>() - shape.positions[v]);
 }
 
 /// Returns the tools of the last frame.

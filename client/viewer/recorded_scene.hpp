@@ -3,7 +3,8 @@
 // Opening reads through the recording once and keeps everything but the shapes, which stay in the file and are read when shown.
 // Between two recorded shapes the vertices move linearly; the writer omits a shape that equals the last one, so the motion
 // towards a shape begins one period of the shapes before it. Tools move linearly between two frames. Both depend on the moment
-// alone: a moment looks the same however it was reached.
+// alone: a moment looks the same however it was reached. Where a blade cuts the body, the surface changes with the shape at which
+// it did.
 #pragma once
 
 #include <map>
@@ -25,8 +26,11 @@ class RecordedScene {
   /// recording, a body without triangles, a recording without shapes.
   RecordedScene(const RecordingReader& recording, const std::string& name);
 
+  /// Surface of the moment that at() returned last, and its vertices at rest; before, that of the first.
   const BodyMesh& mesh() const { return mesh_; }
   const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
+  /// Number of that surface, from 1 on: a blade makes another.
+  std::uint32_t mesh_version() const { return mesh_number_ + 1; }
   /// Ends of the recording; before its first shape the first one is shown.
   Micros begin() const { return recording_.begin(); }
   Micros end() const { return recording_.end(); }
@@ -57,6 +61,7 @@ class RecordedScene {
   struct ShapePlace {
     Micros t;
     std::size_t block, place;
+    std::uint32_t mesh;
   };
   struct Frame {
     Micros t, took;
@@ -81,12 +86,15 @@ class RecordedScene {
   void make_task();
   void watch_frames(std::size_t from, std::size_t to, TaskWatch& watch) const;
   const std::vector<Vec3>& positions(std::size_t shape);
+  void show_mesh(const BodyMesh& mesh, std::uint32_t number);
   void shape_at(Micros t, Shape& shape);
   std::vector<ToolView> tools_at(Micros t) const;
   StationView station_at(const Hand& hand, Micros t) const;
 
   const RecordingReader& recording_;
+  RecordedSurfaces surfaces_;
   BodyMesh mesh_;
+  std::uint32_t mesh_number_ = 0;
   std::vector<Eigen::Vector3f> rest_;
   std::vector<ShapePlace> shapes_;
   std::vector<Frame> frames_;

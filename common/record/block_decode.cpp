@@ -1,7 +1,9 @@
 #include "common/record/block_decode.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/wire/sense.hpp"
 #include "common/wire/task_wire.hpp"
@@ -11,6 +13,7 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMaxText = 1u << 24;
+constexpr std::size_t kMostCutPoints = 16;  // of the path of a cut; a blade's has at most kNeedlePoints + 1
 
 constexpr std::size_t kOffsetBytes = 4, kTableBytes = 2 * kOffsetBytes;  // least size: its offset, and that of its layout
 
@@ -115,6 +118,15 @@ Micros time_of(std::int64_t t, MessageValidator& sense) {
   return sense.ok() ? Micros{t} : Micros{};
 }
 
+/// Returns three numbers for each triangle; an incomplete one is a fault.
+std::vector<Triangle> triangles_of(const flatbuffers::Vector<std::uint32_t>* table, PartSense& sense) {
+  const std::vector<std::uint32_t> corners = sense.numbers(table);
+  sense.that(corners.size() % 3 == 0);
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i + 2 < corners.size(); i += 3) triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  return triangles;
+}
+
 /// Decodes a surface. A sheet has no triangles, a station's recording no surface at all; FlatBuffers omit empty fields.
 bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& sense) {
   surface.body_vertices = table.body_vertices();
@@ -123,14 +135,13 @@ bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& s
   surface.nodes = sense.numbers(table.nodes());
   surface.fixed = sense.numbers(table.fixed());
   surface.walls = sense.numbers(table.walls());
-  const std::vector<std::uint32_t> corners = sense.numbers(table.triangles());
+  surface.triangles = triangles_of(table.triangles(), sense);
   each(table.rest(), sense, [&](const wire::Point& rest) { surface.rest.push_back(position_of(rest, sense)); });
   const std::size_t vertices = surface.nodes.size();
-  sense.that(surface.rest.size() == vertices && corners.size() % 3 == 0);
-  if (!sense.ok()) return false;
-  for (std::size_t i = 0; i < corners.size(); i += 3) surface.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  sense.that(surface.rest.size() == vertices);
   for (const std::uint32_t node : surface.nodes) sense.that(node < surface.body_vertices);
-  for (const std::uint32_t corner : corners) sense.that(corner < vertices);
+  for (const Triangle& triangle : surface.triangles)
+    for (const std::uint32_t corner : triangle) sense.that(corner < vertices);
   for (const auto* marked : {&surface.fixed, &surface.walls})
     for (const std::uint32_t vertex : *marked) sense.that(vertex < vertices);
   return sense.ok();
@@ -159,16 +170,33 @@ RecordedNote note_of(const record::Note& table, Micros base, PartSense& sense) {
 }
 
 std::optional<RecordedShape> shape_of(const record::Shape& table, Micros base, std::size_t vertices, PartSense& sense) {
-  if (!table.low() || !table.high() || !table.positions() || table.positions()->size() != 3 * vertices) return std::nullopt;
+  if (!table.low() || !table.high() || !table.positions()) return std::nullopt;
+  const std::size_t numbers = table.positions()->size();
+  if (table.mesh() == 0 ? numbers != 3 * vertices : numbers % 3 != 0 || numbers < 3 * vertices) return std::nullopt;
   if (!sense.take(table.positions()->size(), sizeof(std::uint16_t))) return std::nullopt;
-  RecordedShape shape{base + Micros{table.at()}, {}};
+  RecordedShape shape{base + Micros{table.at()}, {}, table.mesh()};
   const Vec3 low = position_of(*table.low(), sense), step = (position_of(*table.high(), sense) - low) / 65535;
   sense.that((step.array() >= 0).all());
-  shape.positions.resize(vertices);
+  shape.positions.resize(numbers / 3);
   flatbuffers::uoffset_t at = 0;
   for (Vec3& x : shape.positions)
     for (int k = 0; k < 3; ++k) x[k] = low[k] + step[k] * table.positions()->Get(at++);
   return shape;
+}
+
+RecordedMeshChange mesh_change_of(const record::MeshChange& table, Micros base, PartSense& sense) {
+  RecordedMeshChange change{base + Micros{table.at()}, table.number(), table.whole(), {}};
+  MeshPiece& piece = change.piece;
+  each(table.rest(), sense, [&](const wire::Point& rest) { piece.vertices.push_back({position_of(rest, sense)}); });
+  for (const auto& [marked, mark] : {std::pair{table.fixed(), &MeshVertex::fixed}, {table.walls(), &MeshVertex::wall}})
+    for (const std::uint32_t vertex : sense.numbers(marked)) {
+      sense.that(vertex < piece.vertices.size());
+      if (sense.ok()) piece.vertices[vertex].*mark = true;
+    }
+  piece.removed = sense.numbers(table.removed());
+  piece.triangles = triangles_of(table.triangles(), sense);
+  sense.that(change.number > 0);
+  return change;
 }
 
 RecordedTouch touch_of(const record::Touch& t, Micros base, MessageValidator& sense) {
@@ -210,17 +238,76 @@ Eigen::MatrixXf relaxed_of(const record::Checkpoint& table, PartSense& sense) {
   return relaxed;
 }
 
+/// Returns points of the world from three numbers each.
+std::vector<Vec3> points_of(const flatbuffers::Vector<double>* table, PartSense& sense) {
+  const std::vector<double> numbers = sense.numbers(table);
+  sense.that(numbers.size() % 3 == 0);
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
+    points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    sense.position(points.back());
+  }
+  return points;
+}
+
+NeedleInBody needle_of(const record::Needle& table, PartSense& sense) {
+  NeedleInBody needle;
+  const std::vector<Vec3> path = points_of(table.path(), sense), edge = points_of(table.edge(), sense);
+  const std::vector<double> layers = sense.numbers(table.layers());
+  const std::size_t count = layers.size() / 4;
+  sense.that(path.size() == needle.rest.size() && edge.size() <= 1 && layers.size() == 4 * count);
+  sense.that(table.layer() < count && count <= std::size_t{kMaxNeedleLayers});
+  sense.that(table.depth() >= 0 && table.depth() <= table.front() && table.front() <= table.length());
+  sense.number(table.length(), kMinNeedleLengthM, kMaxNeedleLengthM);
+  for (std::size_t k = 0; k < layers.size(); ++k) sense.number(layers[k], 0, k % 4 == 0 ? table.length() : kMaxForceN);
+  if (!sense.ok()) return needle;
+  needle.layers.count = static_cast<int>(count);
+  needle.layers.length_m = table.length();
+  for (std::size_t k = 0; k < count; ++k)
+    needle.layers.of[k] = {layers[4 * k], layers[4 * k + 1], layers[4 * k + 2], layers[4 * k + 3]};
+  std::copy(path.begin(), path.end(), needle.rest.begin());
+  if (!edge.empty()) needle.edge = edge.front();
+  needle.tip = {true, table.depth(), table.front(), static_cast<int>(table.layer())};
+  return needle;
+}
+
+RecordedHold hold_of(const record::Hold& table, PartSense& sense) {
+  RecordedHold hold;
+  sense.that(table.tool() != nullptr && table.turn() != nullptr);
+  if (!sense.ok()) return hold;
+  hold = {sense.text(table.station()), position_of(*table.tool(), sense), orientation_of(*table.turn(), sense),
+          pack::opening_from(table.opening())};
+  sense.text(hold.station, 0, kMaxNameBytes);
+  if (table.needle()) hold.needle = needle_of(*table.needle(), sense);
+  return hold;
+}
+
+/// Adds a cut to those before it. A path is short, so that a small file does not become large.
+void add_cut(const record::Cut& table, std::vector<RecordedCut>& cuts, PartSense& sense) {
+  RecordedCut cut{table.number(), table.parts(), {}};
+  const auto before = std::find_if(cuts.rbegin(), cuts.rend(), [&](const RecordedCut& c) { return c.number == cut.number; });
+  const bool is_known = before != cuts.rend();
+  const std::vector<Vec3> direction = points_of(table.direction(), sense);
+  sense.that(direction.size() <= 1 && (is_known || direction.size() == 1));
+  sense.that(table.kept() <= (is_known ? before->path.size() : 0) && table.kept() <= kMostCutPoints);
+  const std::vector<Vec3> path = points_of(table.path(), sense);
+  sense.that(path.size() <= kMostCutPoints);
+  if (!sense.ok()) return;
+  cut.direction = direction.empty() ? before->direction : direction.front();
+  cut.depth_m = direction.empty() ? before->depth_m : table.depth();
+  sense.number(cut.depth_m, 0, kWorldExtentM);
+  if (is_known) cut.path.assign(before->path.begin(), before->path.begin() + table.kept());
+  cut.path.insert(cut.path.end(), path.begin(), path.end());
+  cuts.push_back(std::move(cut));
+}
+
 RecordedCheckpoint checkpoint_of(const record::Checkpoint& table, Micros base, PartSense& sense) {
   RecordedCheckpoint checkpoint{base + Micros{table.at()}, {}, {}, {}, relaxed_of(table, sense)};
   each(table.positions(), sense, [&](const wire::Point& x) { checkpoint.positions.push_back(position_of(x, sense)); });
   each(table.velocities(), sense, [&](const wire::Vec& v) { checkpoint.velocities.push_back(finite_of(v, sense)); });
   sense.that(checkpoint.positions.size() == checkpoint.velocities.size());
-  each(table.holds(), sense, [&](const record::Hold& hold) {
-    sense.that(hold.tool() != nullptr);
-    if (!sense.ok()) return;
-    checkpoint.holds.push_back({sense.text(hold.station()), position_of(*hold.tool(), sense)});
-    sense.text(checkpoint.holds.back().station, 0, kMaxNameBytes);
-  });
+  each(table.holds(), sense, [&](const record::Hold& hold) { checkpoint.holds.push_back(hold_of(hold, sense)); });
+  each(table.cuts(), sense, [&](const record::Cut& cut) { add_cut(cut, checkpoint.cuts, sense); });
   return checkpoint;
 }
 
@@ -244,6 +331,8 @@ bool decode_room(const record::Block& table, Micros base, std::size_t vertices, 
     whole = whole && shape;
     if (whole) block.shapes.push_back(std::move(*shape));
   });
+  each(table.mesh_changes(), sense,
+       [&](const record::MeshChange& c) { block.mesh_changes.push_back(mesh_change_of(c, base, sense)); });
   each(table.checkpoints(), sense,
        [&](const record::Checkpoint& c) { block.checkpoints.push_back(checkpoint_of(c, base, sense)); });
   return whole;

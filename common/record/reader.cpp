@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <string_view>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/record/block_decode.hpp"
@@ -226,6 +227,15 @@ std::optional<RecordedShape> RecordingReader::shape_at(Micros t) {
     if (shape) return *shape;
   }
   return std::nullopt;
+}
+
+const BodyMesh* RecordingReader::mesh_of(const RecordedShape& shape) {
+  if (!surfaces_) surfaces_.emplace(head_.surface);
+  if (shape.mesh > 0 && !std::exchange(has_changes_, true))
+    for (std::size_t k = 0; k < blocks_.size(); ++k)
+      if (const auto block = read(k))
+        for (const RecordedMeshChange& change : block->mesh_changes) surfaces_->take(change);
+  return surfaces_->mesh_of(shape);
 }
 
 std::optional<Micros> RecordingReader::next_shape(Micros t) {

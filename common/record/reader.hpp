@@ -22,6 +22,7 @@
 #include "common/base/error.hpp"
 #include "common/record/layout.hpp"
 #include "common/record/recording.hpp"
+#include "common/record/surfaces.hpp"
 
 namespace palpate {
 
@@ -92,6 +93,9 @@ class RecordingReader {
   // For pictures: the last known state at t. These keep the block read last, so playing in order costs each block once.
   /// Returns nothing before the first shape.
   std::optional<RecordedShape> shape_at(Micros t);
+  /// Returns the surface of a shape, valid until the next call; null where a damaged block had it. The first shape of a cut body
+  /// reads all blocks.
+  const BodyMesh* mesh_of(const RecordedShape& shape);
   /// Returns the time of the first shape after t.
   std::optional<Micros> next_shape(Micros t);
   /// Returns the tools of the room at its last frame, or the hand of a station's recording at its last tick.
@@ -122,6 +126,8 @@ class RecordingReader {
   std::vector<RecordedStation> stations_;
   std::size_t cached_at_ = SIZE_MAX;
   std::optional<RecordedBlock> cached_;
+  std::optional<RecordedSurfaces> surfaces_;
+  bool has_changes_ = false;  ///< surfaces_ has those of all blocks
 };
 
 /// Missing time of a recording. The duration of damage before the first readable block, and behind the last one without an index,

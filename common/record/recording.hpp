@@ -14,8 +14,10 @@
 #include "common/base/tool_pose.hpp"
 #include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
+#include "common/patch/needle_in_body.hpp"
 #include "common/patch/patch.hpp"
 #include "common/task/task.hpp"
+#include "common/wire/messages.hpp"
 
 namespace palpate {
 
@@ -74,6 +76,15 @@ struct RecordedTouch {
 struct RecordedShape {
   Micros t{};
   std::vector<Vec3> positions;  ///< positions of the recorded vertices
+  std::uint32_t mesh = 0;       ///< number of the RecordedMeshChange that made its surface; 0: that of the head
+};
+
+/// A change of the surface by a blade.
+struct RecordedMeshChange {
+  Micros t{};
+  std::uint32_t number = 0;  ///< 1, 2 ... in the recording
+  bool whole = false;        ///< true: it changes the surface of the head, else that of the number before
+  MeshPiece piece;
 };
 
 enum class RecordedEventKind : std::uint8_t {
@@ -166,10 +177,22 @@ struct RecordedPacket {
   std::vector<std::byte> bytes;
 };
 
-/// Position of the tool of a station that was on the body.
+/// Tool of a station that was on the body.
 struct RecordedHold {
   std::string station;
   Vec3 tool = Vec3::Zero();
+  Rotation orientation = Rotation::Identity();  ///< R_WT, of unit length
+  double opening = 0;                           ///< 0 to 1
+  std::optional<NeedleInBody> needle = {};      ///< that is inside
+};
+
+/// A cut that a blade began or went on with, in the body at rest (server/scene/cuts.hpp).
+struct RecordedCut {
+  std::uint32_t number = 0;  ///< of the cut, from 0 on
+  bool parts = false;        ///< true: the body was parted after it
+  std::vector<Vec3> path;    ///< of one end of the blade's edge [m], exact
+  Vec3 direction = Vec3::Zero();
+  double depth_m = 0;  ///< the edge is depth_m * direction
 };
 
 /// State of the whole body at a moment, from which a simulation can continue.
@@ -180,6 +203,7 @@ struct RecordedCheckpoint {
   /// For a solid whose stress relaxes: the relaxed stress of each element, branch after branch (server/body/relaxation.hpp);
   /// accurate to 1.5e-5 of the largest number of each.
   Eigen::MatrixXf relaxed = {};
+  std::vector<RecordedCut> cuts = {};  ///< of the scene's body into that of the checkpoint, in order
 };
 
 /// All contents of about half a second, each list in order of time.
@@ -198,6 +222,7 @@ struct RecordedBlock {
   std::vector<RecordedCheckpoint> checkpoints;
   std::vector<RecordedGuidance> guidances;
   std::vector<RecordedNote> notes;
+  std::vector<RecordedMeshChange> mesh_changes;
 };
 
 }  // namespace palpate

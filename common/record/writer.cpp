@@ -8,6 +8,8 @@
 
 #include "common/base/in_quotes.hpp"
 #include "common/record/layout.hpp"
+#include "common/record/surfaces.hpp"
+#include "common/wire/mesh_change.hpp"
 #include "common/wire/pack.hpp"
 #include "common/wire/task_wire.hpp"
 #include "recording_generated.h"
@@ -115,8 +117,73 @@ std::unique_ptr<record::ShapeT> shape_of(const std::vector<std::uint32_t>& nodes
   return table;
 }
 
+std::unique_ptr<record::MeshChangeT> table_of(const MeshPiece& change, std::uint32_t number, bool whole) {
+  auto table = std::make_unique<record::MeshChangeT>();
+  table->number = number;
+  table->whole = whole;
+  for (std::uint32_t k = 0; k < change.vertices.size(); ++k) {
+    const MeshVertex& vertex = change.vertices[k];
+    table->rest.push_back(point_of(vertex.rest));
+    if (vertex.fixed) table->fixed.push_back(k);
+    if (vertex.wall) table->walls.push_back(k);
+  }
+  table->removed = change.removed;
+  for (const Triangle& triangle : change.triangles)
+    table->triangles.insert(table->triangles.end(), triangle.begin(), triangle.end());
+  return table;
+}
+
+void append(const Vec3& x, std::vector<double>& to) { to.insert(to.end(), x.begin(), x.end()); }
+
+/// `before`: the same cut as it was stated last; null: it begins.
+std::unique_ptr<record::CutT> table_of(const RecordedCut& cut, const RecordedCut* before) {
+  auto table = std::make_unique<record::CutT>();
+  table->number = cut.number;
+  table->parts = cut.parts;
+  if (before && before->direction == cut.direction && before->depth_m == cut.depth_m) {
+    const auto parts = std::ranges::mismatch(before->path, cut.path);
+    table->kept = static_cast<std::uint32_t>(parts.in2 - cut.path.begin());
+  } else {
+    append(cut.direction, table->direction);
+    table->depth = cut.depth_m;
+  }
+  for (std::size_t k = table->kept; k < cut.path.size(); ++k) append(cut.path[k], table->path);
+  return table;
+}
+
+std::unique_ptr<record::NeedleT> table_of(const NeedleInBody& needle) {
+  auto table = std::make_unique<record::NeedleT>();
+  for (const Vec3& x : needle.rest) append(x, table->path);
+  if (!needle.edge.isZero(0)) append(needle.edge, table->edge);
+  table->depth = needle.tip.depth_m;
+  table->front = needle.tip.front_m;
+  table->layer = static_cast<std::uint32_t>(needle.tip.layer);
+  table->length = needle.layers.length_m;
+  for (const NeedleLayer& layer : needle.layers.all())
+    table->layers.insert(table->layers.end(), {layer.begins_m, layer.puncture_n, layer.cutting_n, layer.friction_n_m});
+  return table;
+}
+
+std::unique_ptr<record::HoldT> table_of(const RecordedHold& hold, bool& broken) {
+  auto table = std::make_unique<record::HoldT>();
+  pack::Packer packer;
+  table->station = hold.station;
+  table->tool = std::make_unique<wire::Point>(point_of(hold.tool, &broken));
+  table->turn = std::make_unique<wire::Turn>(packer.turn(hold.orientation));
+  table->opening = packer.opening(hold.opening);
+  if (hold.needle) table->needle = table_of(*hold.needle);
+  broken = broken || !packer.ok();
+  return table;
+}
+
+std::size_t bytes_of(const record::MeshChangeT& t) {
+  return t.rest.size() * sizeof(wire::Point) +
+         (t.fixed.size() + t.walls.size() + t.removed.size() + t.triangles.size()) * sizeof(std::uint32_t);
+}
+
 bool same(const record::ShapeT& a, const record::ShapeT& b) {
-  return pack::from(*a.low) == pack::from(*b.low) && pack::from(*a.high) == pack::from(*b.high) && a.positions == b.positions;
+  return a.mesh == b.mesh && pack::from(*a.low) == pack::from(*b.low) && pack::from(*a.high) == pack::from(*b.high) &&
+         a.positions == b.positions;
 }
 
 }  // namespace
@@ -125,6 +192,9 @@ struct RecordingWriter::State {
   std::vector<std::byte> waiting;  ///< bytes not taken yet
   std::size_t taken = 0;
   std::vector<std::uint32_t> nodes;
+  BodyMesh first_mesh, mesh;  ///< surface of the head; now
+  std::uint32_t mesh_number = 0;
+  Micros mesh_stated{};  ///< as a whole
   record::BlockT block;
   record::IndexT index;
   bool empty = true, opened = false;
@@ -167,6 +237,11 @@ struct RecordingWriter::State {
     for (const auto& [station, held] : turned) block.turns.emplace_back(0, station, held.turn(), held.opening());
     for (const auto& [station, buttons] : pressed)
       if (buttons != 0) block.buttons.emplace_back(0, station, buttons);
+    if (mesh_number > 0 && t - mesh_stated >= kMeshEvery) {
+      mesh_stated = t;
+      block.mesh_changes.push_back(table_of(change_of(first_mesh, mesh), mesh_number, true));
+      gathered += bytes_of(*block.mesh_changes.back());
+    }
   }
 
   void close() {
@@ -186,6 +261,7 @@ struct RecordingWriter::State {
 
 RecordingWriter::RecordingWriter(const RecordingHead& head) : state_(std::make_unique<State>()) {
   state_->nodes = head.surface.nodes;
+  state_->first_mesh = state_->mesh = in_order(mesh_of(head.surface));
   layout::append_preamble(state_->waiting);
   state_->append<record::HeadT>(
       table_of(head), record::Content::Head,
@@ -222,9 +298,21 @@ void RecordingWriter::add_shape(Micros t, const std::vector<Vec3>& positions) {
   if (state_->nodes.empty() || !std::all_of(positions.begin(), positions.end(), finite)) return;
   auto table = shape_of(state_->nodes, positions);
   if (state_->last_shape && same(*table, *state_->last_shape)) return;
+  table->mesh = state_->mesh_number;
   table->at = state_->at(t, 6 * state_->nodes.size());
   state_->last_shape = table.get();
   state_->block.shapes.push_back(std::move(table));
+}
+
+void RecordingWriter::add_mesh(Micros t, const BodyMesh& mesh, const std::vector<std::uint32_t>& vertex_of) {
+  const MeshPiece change = change_of(state_->mesh, mesh);
+  apply(change, state_->mesh);
+  state_->mesh = in_order(std::move(state_->mesh));
+  state_->nodes.insert(state_->nodes.end(), vertex_of.begin() + std::ssize(state_->nodes), vertex_of.end());
+  if (state_->mesh_number++ == 0) state_->mesh_stated = t;
+  auto table = table_of(change, state_->mesh_number, false);
+  table->at = state_->at(t, bytes_of(*table));
+  state_->block.mesh_changes.push_back(std::move(table));
 }
 
 void RecordingWriter::add(const RecordedEvent& event) {
@@ -310,10 +398,12 @@ void RecordingWriter::add(const RecordedCheckpoint& c) {
   auto table = std::make_unique<record::CheckpointT>();
   for (const Vec3& x : c.positions) table->positions.push_back(point_of(x, &broken));
   for (const Vec3& v : c.velocities) table->velocities.push_back(vec_of(v, &broken));
-  for (const RecordedHold& hold : c.holds) {
-    table->holds.push_back(std::make_unique<record::HoldT>());
-    table->holds.back()->station = hold.station;
-    table->holds.back()->tool = std::make_unique<wire::Point>(point_of(hold.tool, &broken));
+  for (const RecordedHold& hold : c.holds) table->holds.push_back(table_of(hold, broken));
+  std::map<std::uint32_t, const RecordedCut*> stated;
+  for (const RecordedCut& cut : c.cuts) {
+    const RecordedCut*& before = stated[cut.number];
+    table->cuts.push_back(table_of(cut, before));
+    before = &cut;
   }
   broken = broken || !c.relaxed.allFinite();
   for (Eigen::Index e = 0; e < c.relaxed.cols() && !broken; ++e) {
@@ -321,7 +411,9 @@ void RecordingWriter::add(const RecordedCheckpoint& c) {
     for (const float number : c.relaxed.col(e)) table->relaxed.push_back(pack::to_short(number, table->relaxed_steps.back()));
   }
   if (broken) return;
-  table->at = state_->at(c.t, c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)) +
+  std::size_t bytes_of_cuts = 0;
+  for (const auto& cut : table->cuts) bytes_of_cuts += sizeof(double) * (cut->path.size() + cut->direction.size() + 4);
+  table->at = state_->at(c.t, bytes_of_cuts + c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)) +
                                   table->relaxed.size() * sizeof(std::int16_t) + table->relaxed_steps.size() * sizeof(float));
   state_->block.checkpoints.push_back(std::move(table));
 }

@@ -16,6 +16,7 @@ namespace palpate {
 class RecordingWriter {
  public:
   static constexpr Micros kBlock{400'000};
+  static constexpr Micros kMeshEvery{10'000'000};
   static constexpr std::size_t kBlockBytes = 1u << 20;  ///< a block of about this size is closed early
 
   /// Produces the bytes of the head at once.
@@ -27,6 +28,10 @@ class RecordingWriter {
   void add(const RecordedTouch& touch);
   /// Adds a shape. `positions` are of all vertices of the body; the recorded ones among them are kept.
   void add_shape(Micros t, const std::vector<Vec3>& positions);
+  /// Adds a change of the surface, which shapes have from then on. `mesh` has the recorded vertices and more at the end;
+  /// `vertex_of`: of the body, at each of them. It is stated again as a whole every kMeshEvery, so that a damaged block costs no
+  /// more.
+  void add_mesh(Micros t, const BodyMesh& mesh, const std::vector<std::uint32_t>& vertex_of);
   void add(const RecordedEvent& event);
   void add(const RecordedNote& note);
   void add(const RecordedLink& link);

@@ -34,9 +34,9 @@ NodeWeights NeedlePath::weights(double depth_m) const {
   return both;
 }
 
-NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin)
+NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin, std::size_t nodes)
     : body_(&scene.body),
-      nodes_(own_nodes(scene.body)),
+      nodes_(nodes),
       skin_(&skin),
       radius_m_(std::max(scene.tool.radius_m, kLeastSpacings * mean_edge_m(scene.body))),
       needle_(*scene.tool.needle) {
@@ -107,6 +107,15 @@ std::shared_ptr<const NeedlePath> NeedleTissue::path(const SurfacePoint& entry, 
     const Vec3 along = rest_of(middle + half, rest[1], x) - rest_of(middle - half, rest[1], x);
     path->edge = needle_.width_m * along.normalized();
   }
+  return path;
+}
+
+std::shared_ptr<const NeedlePath> NeedleTissue::path_of(const NeedleInBody& needle) const {
+  auto path = std::make_shared<NeedlePath>();
+  path->layers = needle.layers;
+  path->rest = needle.rest;
+  path->edge = needle.edge;
+  for (std::size_t j = 0; j < needle.rest.size(); ++j) path->points[j] = point(needle.rest[j]);
   return path;
 }
 

@@ -19,7 +19,7 @@
 #include <span>
 #include <vector>
 
-#include "common/patch/needle.hpp"
+#include "common/patch/needle_in_body.hpp"
 #include "server/body/skin.hpp"
 
 namespace palpate {
@@ -46,11 +46,14 @@ struct NeedlePath {
 
 class NeedleTissue {
  public:
-  /// `body` and `skin` must outlive it. `scene.tool.needle` is set.
-  NeedleTissue(const Scene& scene, const Skin& skin);
+  /// `body` and `skin` must outlive it. `scene.tool.needle` is set. `nodes`: the first of them hold material points: not the
+  /// copies that a cut makes, whose cells may have a small share.
+  NeedleTissue(const Scene& scene, const Skin& skin, std::size_t nodes);
   /// Returns the path of a needle that enters at `entry` along `way`, a unit vector, in the body at `x`.
   /// `edge`: unit vector along the edge of a blade.
   std::shared_ptr<const NeedlePath> path(const SurfacePoint& entry, const Vec3& way, const Vec3& edge, const Vector& x) const;
+  /// Returns the path of a needle that was in this body.
+  std::shared_ptr<const NeedlePath> path_of(const NeedleInBody& needle) const;
   /// Returns the path in this body, which one that had it was cut to; `now`: nodes_now().
   std::shared_ptr<const NeedlePath> carried_over(const NeedlePath& path, std::span<const std::uint32_t> now) const;
   /// Returns the push with which a tip enters the body.
@@ -64,7 +67,7 @@ class NeedleTissue {
   double depth_of(const Vec3& rest) const;
 
   const LumpedBody* body_;
-  std::size_t nodes_;  // without the ends of ligaments
+  std::size_t nodes_;
   const Skin* skin_;
   double radius_m_ = 0;
   NeedleSpec needle_;

@@ -9,7 +9,7 @@
 
 #include "common/wire/messages.hpp"
 #include "server/core/room_info.hpp"
-#include "server/room/live_surface.hpp"
+#include "server/core/surface_mesh.hpp"
 
 namespace palpate {
 
@@ -20,7 +20,7 @@ class MeshLog {
   bool take(const std::shared_ptr<const BodySurface>& surface);
   const BodyMesh& mesh() const { return mesh_; }
   /// Vertex of the body, by the numbers of its surface, at each of the mesh.
-  const std::vector<std::uint32_t>& vertex_of() const { return vertex_of_; }
+  const std::vector<std::uint32_t>& vertex_of() const { return surface_.vertex_of(); }
   /// Number of all pieces, those of the scene's mesh included.
   std::uint32_t pieces() const { return scene_pieces_ + static_cast<std::uint32_t>(changes_.size()); }
   /// Returns piece number `piece` of a change: scene's pieces <= piece < pieces().
@@ -32,8 +32,8 @@ class MeshLog {
 
   std::uint64_t hash_;
   std::uint32_t scene_pieces_;
-  BodyMesh mesh_;
-  std::vector<std::uint32_t> vertex_of_, place_of_;
+  BodyMesh mesh_;  // as viewers have it: its triangles are in another order than those of surface_
+  SurfaceMesh surface_;
   std::vector<MeshPiece> changes_;
   std::shared_ptr<const BodySurface> taken_;
 };

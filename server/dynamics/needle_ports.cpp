@@ -41,6 +41,21 @@ std::vector<ToolPort> needle_ports(const ToolPort& port, const NeedleTissue& tis
   return ports;
 }
 
+void put_in_body(const NeedleInBody& needle, std::vector<ToolPort>& ports) {
+  const auto path = ports.front().needle.tissue->path_of(needle);
+  for (ToolPort& port : ports) {
+    port.needle.path = path;
+    port.needle.tip = needle.tip;
+  }
+  ports.front().touching = true;
+}
+
+std::optional<NeedleInBody> needle_in_body(const ToolPort& port) {
+  const NeedlePort& needle = port.needle;
+  if (needle.part != NeedlePart::tip || !needle.tip.inside) return std::nullopt;
+  return NeedleInBody{needle.path->rest, needle.path->edge, needle.path->layers, needle.tip};
+}
+
 NodeWeights weights_of(const Skin& skin, const ToolPort& port) {
   if (!port.on_path()) return skin.weights(port.point);
   if (port.needle.part == NeedlePart::shaft) return shaft_point(port).b;

@@ -10,6 +10,10 @@ namespace palpate {
 
 /// Returns the ports of a needle outside; `port`: what all have. `tissue` must outlive them.
 std::vector<ToolPort> needle_ports(const ToolPort& port, const NeedleTissue& tissue);
+/// Puts a needle that is outside, of these ports, into the body; its shaft sticks from the first stage on.
+void put_in_body(const NeedleInBody& needle, std::vector<ToolPort>& ports);
+/// Returns the needle whose tip is that port; none while it is outside.
+std::optional<NeedleInBody> needle_in_body(const ToolPort& port);
 /// Returns the weights of the point of the body at which a port pushes.
 NodeWeights weights_of(const Skin& skin, const ToolPort& port);
 /// Returns its position, with `b` = weights_of(port).

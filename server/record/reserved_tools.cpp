@@ -18,16 +18,22 @@ void ReservedTools::add_to(FrameJob& job, const std::vector<StationReport>& here
   if (hands_.empty()) return;
   if (!until_) until_ = job.begin + kLongest;
   if (job.reset || job.target >= *until_) hands_.clear();
-  for (const StationReport& station : here) {
-    const bool moves = std::any_of(job.stations.begin(), job.stations.end(),
-                                   [&](const StationJob& j) { return j.id == station.id && j.shadow_of == 0; });
-    if (moves) std::erase_if(hands_, [&](const Hand& hand) { return hand.hold.station == station.name; });
-  }
+  for (const StationReport& station : here)
+    for (StationJob& moves : job.stations)
+      if (moves.id == station.id && moves.shadow_of == 0)
+        std::erase_if(hands_, [&](const Hand& hand) {
+          const bool is_back = hand.hold.station == station.name;
+          if (is_back) moves.needle = hand.hold.needle;
+          return is_back;
+        });
   for (const Hand& hand : hands_) {
     StationJob rests;
     rests.id = hand.id;
     rests.scheme = Scheme::hold;
-    rests.samples = {{job.begin, hand.hold.tool}, {job.target, hand.hold.tool}};
+    const RecordedHold& hold = hand.hold;
+    rests.samples = {{job.begin, hold.tool, hold.orientation, hold.opening},
+                     {job.target, hold.tool, hold.orientation, hold.opening}};
+    rests.needle = hold.needle;
     rests.wants_patch = false;
     job.stations.push_back(std::move(rests));
   }

@@ -22,6 +22,27 @@ void check(const RecordingHead& head, const std::string& where, const std::strin
                      fmt::format("that of scene \"{}\"; move the file away to begin at rest", scene.name));
 }
 
+/// Checks that the checkpoint is of the body of the scene, after its cuts.
+void check(const RecordedCheckpoint& checkpoint, const std::string& where, const Scene& scene) {
+  std::size_t nodes = scene.body.nodes.size();
+  const std::vector<CutStep> steps = steps_of(checkpoint.cuts);
+  if (!steps.empty()) {
+    if (!scene.tool.needle || !scene.tool.needle->is_blade)
+      throw InputError(where, "its newest checkpoint is of a body that a blade has cut", "a scene with \"tool.blade\"");
+    std::size_t known = 0;
+    for (const CutStep& step : steps) {
+      if (step.cut > known) throw InputError(where, "its newest checkpoint lacks a cut", "all cuts in order");
+      known = std::max(known, step.cut + 1);
+    }
+    CutBody body(scene.body);
+    body.repeat(steps);
+    nodes = body.body().nodes.size();
+  }
+  if (checkpoint.positions.size() != nodes)
+    throw InputError(where, fmt::format("its newest checkpoint has {} nodes", checkpoint.positions.size()),
+                     fmt::format("the {} of its scene{}", nodes, steps.empty() ? "" : " with its cuts"));
+}
+
 }  // namespace
 
 std::optional<ResumePoint> newest_checkpoint(const RecordingReader& recording, const std::string& where, const std::string& room,
@@ -32,12 +53,30 @@ std::optional<ResumePoint> newest_checkpoint(const RecordingReader& recording, c
     const auto block = recording.read(k);
     if (!block || block->checkpoints.empty()) continue;
     const RecordedCheckpoint& newest = block->checkpoints.back();
-    if (newest.positions.size() != scene.body.nodes.size())
-      throw InputError(where, fmt::format("its newest checkpoint has {} nodes", newest.positions.size()),
-                       fmt::format("the {} of its scene", scene.body.nodes.size()));
+    check(newest, where, scene);
     return ResumePoint{newest, head.unix_time + (newest.t - head.clock_time)};
   }
   return std::nullopt;
+}
+
+std::vector<RecordedCut> recorded_cuts(const std::vector<CutStep>& steps) {
+  std::vector<RecordedCut> cuts;
+  for (const CutStep& step : steps)
+    cuts.push_back({static_cast<std::uint32_t>(step.cut), step.parts, step.to.path_m, step.to.direction, step.to.depth_m});
+  return cuts;
+}
+
+std::vector<CutStep> steps_of(const std::vector<RecordedCut>& cuts) {
+  std::vector<CutStep> steps;
+  for (const RecordedCut& cut : cuts) {
+    CutStep& step = steps.emplace_back();
+    step.cut = cut.number;
+    step.parts = cut.parts;
+    step.to.path_m = cut.path;
+    step.to.direction = cut.direction;
+    step.to.depth_m = cut.depth_m;
+  }
+  return steps;
 }
 
 Vector in_a_row(const std::vector<Vec3>& points) {

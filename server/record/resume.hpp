@@ -6,6 +6,7 @@
 
 #include "common/record/reader.hpp"
 #include "server/elements/body_state.hpp"
+#include "server/scene/cuts.hpp"
 #include "server/scene/scene.hpp"
 
 namespace palpate {
@@ -19,6 +20,10 @@ struct ResumePoint {
 /// room or body (other numbers of vertices or another surface). The material may have changed.
 std::optional<ResumePoint> newest_checkpoint(const RecordingReader& recording, const std::string& where, const std::string& room,
                                              const Scene& scene);
+
+/// The cuts of a body as a checkpoint has them.
+std::vector<RecordedCut> recorded_cuts(const std::vector<CutStep>& steps);
+std::vector<CutStep> steps_of(const std::vector<RecordedCut>& cuts);
 
 /// Concatenates the x, y, z of all points of a checkpoint, as BodyState stores them.
 Vector in_a_row(const std::vector<Vec3>& points);

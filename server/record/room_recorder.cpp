@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "server/record/resume.hpp"
+
 namespace palpate {
 namespace {
 
@@ -29,7 +31,7 @@ constexpr double kStressNumberBytes = sizeof(std::int16_t),
 
 }  // namespace
 
-RoomRecorder::RoomRecorder(const RecordingHead& head) : writer_(head) {
+RoomRecorder::RoomRecorder(const RecordingHead& head) : writer_(head), surface_(mesh_of(head.surface), head.surface.nodes) {
   if (head.shapes_hz > 0) shape_every_ = from_seconds(1 / head.shapes_hz);
   expect_checkpoints_of(kNodeStateBytes * head.surface.body_nodes);
 }
@@ -82,22 +84,24 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   return touch;
 }
 
-/// Adds a checkpoint, unless the body has not moved since the last. One of a body that a blade has cut would not fit its scene.
+/// Adds a checkpoint, unless the body has not moved since the last.
 void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds) {
-  if (!result.state || result.failed || result.is_cut) return;
+  if (!result.state || result.failed) return;
   const BodyState& state = *result.state;
   if (checkpoint_.size() == state.x.size() && checkpoint_ == state.x && checkpoint_history_ == state.history) return;
   checkpoint_ = state.x;
   checkpoint_history_ = state.history;
   for (const StationReport& station : core.stations())
     for (const StationFrame& frame : result.stations)
-      if (frame.id == station.id && frame.contact && station.shadow_of.empty()) holds.push_back({station.name, frame.tool});
+      if (frame.id == station.id && frame.contact && station.shadow_of.empty())
+        holds.push_back({station.name, frame.tool, frame.turn, frame.opening, frame.needle});
   RecordedCheckpoint checkpoint{result.stamp, {}, {}, std::move(holds)};
   const auto nodes = static_cast<std::uint32_t>(state.x.size() / 3);
   for (std::uint32_t node = 0; node < nodes; ++node) {
     checkpoint.positions.emplace_back(at_node(state.x, node));
     checkpoint.velocities.emplace_back(at_node(state.v, node));
   }
+  if (result.cuts) checkpoint.cuts = recorded_cuts(*result.cuts);
   if (state.history) {
     checkpoint.relaxed = side_by_side(*state.history);
     expect_checkpoints_of(kNodeStateBytes * nodes + kStressNumberBytes * static_cast<double>(checkpoint.relaxed.size()) +
@@ -116,6 +120,11 @@ void RoomRecorder::end_frame(const FrameResult& result, const ServerCore& core, 
     writer_.add(touch_of(frame, result.stamp));
   }
   add_checkpoint(result, core, absent);
+  if (result.surface && result.surface != surface_taken_) {
+    surface_taken_ = result.surface;
+    surface_.take(*result.surface);
+    writer_.add_mesh(result.stamp, surface_.mesh(), surface_.vertex_of());
+  }
   if (wants_shape_ && !result.positions.empty()) writer_.add_shape(result.stamp, result.positions);
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/record/writer.hpp"
 #include "server/core/server_core.hpp"
+#include "server/core/surface_mesh.hpp"
 
 namespace palpate {
 
@@ -36,6 +37,8 @@ class RoomRecorder {
 
   RecordingWriter writer_;
   Micros shape_every_{}, next_shape_{}, began_{}, next_links_{}, checkpoint_every_{}, next_checkpoint_{};
+  SurfaceMesh surface_;
+  std::shared_ptr<const BodySurface> surface_taken_;
   Vector checkpoint_;  ///< x of the last checkpoint
   std::shared_ptr<const StressHistory> checkpoint_history_;
   bool wants_shape_ = false, slow_ = false;

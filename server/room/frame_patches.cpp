@@ -48,6 +48,9 @@ std::vector<StationFrame> FramePatches::build(const FrameJob& job, bool failed) 
   if (predicts && job.rollouts) frame_model_->set_predicted_states(prediction_->states(mean_horizon));
   frame_model_->enter(BuildPhase::other);
   for (std::size_t k = 0; k < frames.size(); ++k) frames[k] = frame_of(tasks[k], job.target);
+  if (job.state)
+    for (std::size_t k = 0; k < frames.size(); ++k)
+      if (!tasks[k].parts.empty()) frames[k].needle = needle_in_body(body_->ports()[tasks[k].parts.front()]);
   return frames;
 }
 
@@ -176,6 +179,9 @@ StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
       frame.force += wrench.force;
       frame.torque += wrench.torque;
     }
+    const TurningTool turning = body_->tool_of(job)->track.turning(stamp);
+    frame.turn = turning.turn;
+    frame.opening = turning.opening;
     if (task.builds || task.reuses) give_patch(task, frame);
   }
   if (!frame.patch) return frame;

@@ -1,6 +1,7 @@
 #include "server/room/live_cuts.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include "server/dynamics/needle_ports.hpp"
@@ -77,15 +78,49 @@ bool LiveCuts::cut_on() {
     const auto known = std::find(paths_.begin(), paths_.end(), needle.path);
     const auto k = static_cast<std::size_t>(known - paths_.begin());
     if (known == paths_.end()) paths_.push_back(needle.path);
-    links += cut_.set(k, needle.path->cut(needle.tip.front_m));
+    made_.resize(paths_.size());
+    made_[k] = needle.path->cut(needle.tip.front_m);
+    links += cut_.set(k, made_[k]);
   }
   if (links == 0) return false;
-  is_cut_ = true;
+  note_steps();
   const std::size_t cells_before = shares_of(of_.scene->body).size();
   CutChange change = cut_.part();
   if (change.loose == 0 && change.cell_before.size() == cells_before) return false;
   part(std::move(change));
   return true;
+}
+
+/// Notes the cuts that have gone on since the body was last parted; it is parted again after them.
+void LiveCuts::note_steps() {
+  const auto same = [](const CutSettings& a, const CutSettings& b) {
+    return a.path_m == b.path_m && a.direction == b.direction && a.depth_m == b.depth_m;
+  };
+  std::vector<CutStep> steps = steps_ ? *steps_ : std::vector<CutStep>();
+  noted_.resize(made_.size());
+  for (std::size_t k = 0; k < made_.size(); ++k)
+    if (!same(made_[k], noted_[k])) steps.push_back({k, made_[k]});
+  steps.back().parts = true;
+  noted_ = made_;
+  steps_ = std::make_shared<const std::vector<CutStep>>(std::move(steps));
+}
+
+CutChange LiveCuts::repeat(const std::vector<CutStep>& steps) {
+  assert(!steps_ && of_.ports->empty());
+  const std::vector<double> shares_before = shares_of(of_.scene->body);
+  parted_ = cut_.repeat(steps);
+  std::vector<double> share = shares_of(cut_.body());
+  for (std::size_t k = 0; k < share.size(); ++k) share[k] /= shares_before[parted_.cell_before[k]];
+  renew(cut_.body());
+  for (BodyState* each : {of_.state, of_.rest}) carry_over(BodyState(*each), share, *each);
+  for (const CutStep& step : steps) {
+    if (step.cut >= made_.size()) made_.resize(step.cut + 1);
+    made_[step.cut] = step.to;
+  }
+  noted_ = made_;
+  paths_.resize(made_.size());
+  steps_ = std::make_shared<const std::vector<CutStep>>(steps);
+  return parted_;
 }
 
 void LiveCuts::part(CutChange change) {
@@ -102,6 +137,7 @@ void LiveCuts::part(CutChange change) {
   renew(cut_.body());
   for (BodyState* each : {of_.state, of_.rest}) carry_over(BodyState(*each), share, *each);
   for (auto& path : paths_) {
+    if (!path) continue;
     const auto carried = (*of_.tissue)->carried_over(*path, now);
     for (ToolPort& port : ports)
       if (port.needle.path == path) port.needle.path = carried;
@@ -138,20 +174,25 @@ void LiveCuts::carry_over(const BodyState& before, std::span<const double> share
 void LiveCuts::renew(const LumpedBody& body) {
   of_.scene->body = body;
   *of_.skin = Skin(of_.scene->body, of_.scene->tool.radius_m);
-  **of_.tissue = NeedleTissue(*of_.scene, *of_.skin);
+  const std::span own = std::span(cut_.number()).first(own_nodes(cut_.uncut()));
+  const auto there = std::ranges::count_if(own, [](std::uint32_t node) { return node != kNoNode; });
+  **of_.tissue = NeedleTissue(*of_.scene, *of_.skin, static_cast<std::size_t>(there));
   of_.dynamics->emplace(of_.scene->body);
 }
 
 bool LiveCuts::make_whole() {
   of_.state->traction.reset();
-  if (!std::exchange(is_cut_, false)) return false;
-  renew(cut_.uncut());
+  if (!steps_) return false;
+  cut_ = CutBody(LumpedBody(cut_.uncut()));
+  renew(cut_.body());
   const double time_s = of_.state->time_s;
   *of_.rest = rest_;
   *of_.state = rest_;
   of_.state->time_s = time_s;
-  cut_ = CutBody(of_.scene->body);
   paths_.clear();
+  made_.clear();
+  noted_.clear();
+  steps_.reset();
   return true;
 }
 

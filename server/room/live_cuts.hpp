@@ -39,9 +39,13 @@ class LiveCuts {
   const CutChange& parted() const { return parted_; }
   const LumpedBody& uncut() const { return cut_.uncut(); }
   const BodyState& rest_uncut() const { return rest_; }
-  bool is_cut() const { return is_cut_; }
+  /// Cuts since the body was whole; null: none.
+  const std::shared_ptr<const std::vector<CutStep>>& steps() const { return steps_; }
+  /// Cuts the whole body, at rest, in these steps. Returns the change.
+  CutChange repeat(const std::vector<CutStep>& steps);
 
  private:
+  void note_steps();
   void part(CutChange change);
   void renew(const LumpedBody& body);
   void carry_over(const BodyState& before, std::span<const double> share, BodyState& state) const;
@@ -49,8 +53,9 @@ class LiveCuts {
   BodyInParts of_;
   CutBody cut_;
   BodyState rest_;
-  std::vector<std::shared_ptr<const NeedlePath>> paths_;  // of each cut
-  bool is_cut_ = false;
+  std::vector<std::shared_ptr<const NeedlePath>> paths_;  // of each cut; null: the blade has left it
+  std::vector<CutSettings> made_, noted_;                 // each cut as it is now; as it is in steps_
+  std::shared_ptr<const std::vector<CutStep>> steps_;
   CutChange parted_;
 };
 

@@ -64,7 +64,14 @@ void Room::start(Micros body_time) {
   state_->patches.clear();
 }
 
-bool Room::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed) { return state_->body.resume(x, v, relaxed); }
+bool Room::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed, const std::vector<CutStep>& cuts) {
+  SteppedBody& body = state_->body;
+  if (const auto change = body.cut_again(cuts)) {
+    state_->patches.renew();
+    state_->surface->renew(body.scene().body, &*change);
+  }
+  return body.resume(x, v, relaxed);
+}
 
 FrameResult Room::simulate(const FrameJob& job) {
   SteppedBody& body = state_->body;
@@ -91,7 +98,7 @@ FrameResult Room::simulate(const FrameJob& job) {
     for (std::uint32_t i = 0; 3 * std::size_t{i} < x.size(); ++i) result.positions.emplace_back(vertex(x, i));
   }
   if (job.state) result.state = body.state();
-  result.is_cut = body.is_cut();
+  result.cuts = body.cuts();
   for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain, ShapeChannel::pressure})
     if (job.asks_for(which))
       result.fields[index_of(which)] = at_vertices(body.scene().body, nodal_field(body.dynamics(), body.state(), which));

@@ -54,6 +54,7 @@ struct StationJob {
   double deadband = 0;                 ///< share of the force by which its patch may be wrong (deadband.hpp), 0 = none
   std::optional<Micros> playing = {};  ///< stamp of the patch that it is known to play, server clock
   bool wants_patch = true;             ///< false: its tool only exerts force in this frame
+  std::optional<NeedleInBody> needle = {};  ///< where its needle begins, if its tool is not there yet
 };
 
 struct FrameJob {
@@ -78,6 +79,9 @@ struct StationFrame {
   Vec3 torque = Vec3::Zero();                      ///< on a tool with a body, about the tool point [N m]
   bool contact = false;
   std::optional<Micros> renewed_from = {};  ///< stamp from which on all patches sent to it are as good as `patch`
+  Rotation turn = Rotation::Identity();     ///< of the tool, and the opening of its jaws, at the stamp
+  double opening = 0;
+  std::optional<NeedleInBody> needle = {};  ///< that is inside, if FrameJob::state
   bool released = false;                    ///< true: its tool cost too much, was released, and may not touch yet
 };
 
@@ -88,7 +92,8 @@ struct FrameResult {
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, if requested
   std::shared_ptr<const BodySurface> surface;  ///< once a blade has cut the body; the two above are by its numbers then
   std::optional<BodyState> state;              ///< if requested
-  bool is_cut = false;              ///< true: blades have cut the body, and `state` is of other nodes than those of the scene
+  /// Cuts that blades have made since the body was whole, from the uncut body to that of `state`; null: none.
+  std::shared_ptr<const std::vector<CutStep>> cuts;
   std::size_t loose = 0;            ///< cells of pieces that a blade cut off in this frame, which are gone
   std::vector<StationId> released;  ///< stations whose tools were released because they cost too much
   int steps = 0, cut_steps = 0, newton_iterations = 0;
@@ -115,8 +120,9 @@ class Room {
   void start(Micros body_time);
   /// Restores a body: x and v of all nodes as FrameResult::state gave them, and side_by_side() of its history. Fixed nodes stay
   /// where the scene puts them, and no tool touches it. Call it before the first run(). Returns false if `relaxed` does not fit
-  /// this body, which then starts as if it had just been deformed.
-  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed = {});
+  /// this body, which then starts as if it had just been deformed. `cuts`: FrameResult::cuts; x, v and `relaxed` are of the body
+  /// that they make (CutBody::repeat()).
+  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed = {}, const std::vector<CutStep>& cuts = {});
   /// Runs one frame: simulate(), then build_patches().
   FrameResult run(const FrameJob& job);
   /// Advances the body; the result has everything but `stations`.

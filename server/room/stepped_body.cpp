@@ -12,7 +12,7 @@ namespace palpate {
 SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
     : scene_(scene),
       skin_(scene_.body, scene_.tool.radius_m),
-      tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
+      tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_, own_nodes(scene_.body)) : nullptr),
       dynamics_(std::in_place, scene_.body),
       integrator_(like ? same_stepper(like->integrator_, *dynamics_, skin_) : choose_stepper(scene_, *dynamics_, skin_)),
       rest_(like ? like->rest_uncut() : settled_state(*dynamics_, scene_.name)),
@@ -42,6 +42,14 @@ bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf
   const bool remembers = dynamics_->relaxation().take_up(relaxed, body_);
   fall_asleep();
   return remembers;
+}
+
+std::optional<CutChange> SteppedBody::cut_again(const std::vector<CutStep>& cuts) {
+  if (cuts.empty()) return std::nullopt;
+  assert(cuts_);
+  const CutChange change = cuts_->repeat(cuts);
+  renew_steppers();
+  return change;
 }
 
 std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
@@ -78,7 +86,7 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
 void SteppedBody::renew_steppers() {
   integrator_ = same_stepper(integrator_, *dynamics_, skin_);
   // Under gravity the rest of the uncut body is no equilibrium of a cut one.
-  stillness_.emplace(*dynamics_, softest_1_s2_, parted_ && !scene_.body.gravity_m_s2.isZero(0) ? Vector() : rest_.x);
+  stillness_.emplace(*dynamics_, softest_1_s2_, cuts_->steps() && !scene_.body.gravity_m_s2.isZero(0) ? Vector() : rest_.x);
   asleep_ = false;
   ++epoch_;
 }

@@ -46,6 +46,8 @@ class SteppedBody {
   /// Same as in Room.
   void start(Micros body_time);
   bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed);
+  /// Cuts the body at rest as it was cut; returns the change of the uncut body, none without cuts. Call it before resume().
+  std::optional<CutChange> cut_again(const std::vector<CutStep>& cuts);
   void use_threads(ThreadPool& pool) { integrator_.stepper->use_threads(pool); }
 
   /// Advances the body to the target of the job; returns none if it sleeps until then. Steps that do not converge leave the last
@@ -69,8 +71,8 @@ class SteppedBody {
   /// The body without the cuts of blades.
   const LumpedBody& uncut() const { return cuts_ ? cuts_->uncut() : scene_.body; }
   const BodyState& rest_uncut() const { return cuts_ ? cuts_->rest_uncut() : rest_; }
-  /// Returns true if blades have cut the body since it was whole.
-  bool is_cut() const { return cuts_ && cuts_->is_cut(); }
+  /// Cuts that blades have made since the body was whole; null: none.
+  std::shared_ptr<const std::vector<CutStep>> cuts() const { return cuts_ ? cuts_->steps() : nullptr; }
   /// Returns the stations whose tools were released in the last step() because they cost too much.
   const std::vector<StationId>& released() const { return released_; }
 

@@ -47,7 +47,8 @@ void SteppedBody::sync_ports(const FrameJob& job) {
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
-    const std::vector<ToolPort> parts = parts_of(scene_.tool.shape, tissue_.get(), port);
+    std::vector<ToolPort> parts = parts_of(scene_.tool.shape, tissue_.get(), port);
+    if (j.needle && tissue_) put_in_body(*j.needle, parts);
     ports_.insert(ports_.end(), parts.begin(), parts.end());
   }
 }

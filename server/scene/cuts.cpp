@@ -305,6 +305,28 @@ CutChange CutBody::part() {
   return with_cutter(*this, [](auto cutter) { return cutter.part(); });
 }
 
+CutChange CutBody::repeat(const std::vector<CutStep>& steps) {
+  CutChange all;
+  const auto follow = [](std::vector<std::uint32_t>& now, const std::vector<std::uint32_t>& before) {
+    std::vector<std::uint32_t> first;
+    for (const std::uint32_t k : before) first.push_back(now[k]);
+    now = std::move(first);
+  };
+  all.node_before.resize(body_.nodes.size());
+  std::iota(all.node_before.begin(), all.node_before.end(), 0U);
+  all.cell_before.resize(parts_.size());
+  std::iota(all.cell_before.begin(), all.cell_before.end(), 0U);
+  for (const CutStep& step : steps) {
+    set(step.cut, step.to);
+    if (!step.parts) continue;
+    const CutChange change = part();
+    follow(all.node_before, change.node_before);
+    follow(all.cell_before, change.cell_before);
+    all.loose += change.loose;
+  }
+  return all;
+}
+
 std::vector<std::uint32_t> cut_body(LumpedBody& body, const std::vector<CutSettings>& cuts, const SceneText& text) {
   CutBody cut(std::move(body));
   for (std::size_t i = 0; i < cuts.size(); ++i) {

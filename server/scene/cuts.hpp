@@ -38,6 +38,13 @@ struct CutSheet {
   std::optional<double> crossing(const Vec3& a, const Vec3& b) const;
 };
 
+/// A cut that began or went on: number, and what it is now. `parts`: the body was parted after it.
+struct CutStep {
+  std::size_t cut = 0;
+  CutSettings to;
+  bool parts = false;
+};
+
 /// A change of a body by parting: of each of its nodes and cells now, the one that it was before, or was a part of.
 struct CutChange {
   std::vector<std::uint32_t> node_before, cell_before;
@@ -57,6 +64,8 @@ class CutBody {
   std::size_t set(std::size_t k, const CutSettings& cut);
   /// Parts the body where its links are cut. New nodes come after its own, and before the fixed ends of ligaments.
   CutChange part();
+  /// Takes the steps by which another body was cut; this one has its bits then. Returns the change of the uncut body by all.
+  CutChange repeat(const std::vector<CutStep>& steps);
   /// Present number of each node of the uncut body, kNoNode for those left out.
   const std::vector<std::uint32_t>& number() const { return number_; }
 

@@ -37,7 +37,12 @@ void read_all(std::span<const std::byte> bytes) {
     const auto block = recording.read(k);
     if (!block) continue;
     for (const RecordedShape& shape : block->shapes)
-      if (shape.positions.size() != surface.nodes.size()) std::abort();
+      if (const BodyMesh* mesh = recording.mesh_of(shape)) {
+        if (mesh->vertices.size() != shape.positions.size()) std::abort();
+        for (const Triangle& triangle : mesh->triangles)
+          for (const std::uint32_t corner : triangle)
+            if (corner >= mesh->vertices.size()) std::abort();
+      }
     for (const RecordedTick& tick : block->ticks)
       if (!tick.position.allFinite() || !tick.force.allFinite()) std::abort();
     for (const RecordedTurn& turn : block->turns)

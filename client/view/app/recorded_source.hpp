@@ -19,7 +19,7 @@ class RecordedSource : public ViewSource {
   bool ready() const override { return true; }
   const BodyMesh& mesh() const override { return scene_.mesh(); }
   const std::vector<Vec3f>& rest() const override { return scene_.rest(); }
-  std::uint64_t mesh_version() const override { return 1; }
+  std::uint64_t mesh_version() const override { return scene_.mesh_version(); }
   bool show(Micros now, ViewMoment& moment) override;
   /// Selects a channel. Only displacement is recorded: the status line reports that for other channels.
   void show_channel(ShapeChannel channel) override { channel_ = channel; }

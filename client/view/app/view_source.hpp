@@ -18,7 +18,7 @@ class ViewSource {
   virtual const BodyMesh& mesh() const = 0;
   /// Positions that displacement is measured from.
   virtual const std::vector<Vec3f>& rest() const = 0;
-  /// Version of the mesh, which grows with every new topology.
+  /// Version of the mesh, another one for each topology.
   virtual std::uint64_t mesh_version() const = 0;
   /// Rigid parts of the scene; empty until they have arrived, and where the source has none.
   virtual std::span<const PartMesh> parts() const { return {}; }

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "client/view/view_recorder.hpp"
+#include "client/viewer/view_recorder.hpp"
 #include "common/io/record_file.hpp"
 
 namespace palpate {

@@ -12,7 +12,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint32_t kOnlyMesh = 1;
 constexpr double kMostSteps = 1e6, kFarthestS = 1e9;
 
 }  // namespace
@@ -81,9 +80,15 @@ void ReplayPage::greet(WebServer& web, BrowserId id) {
                                       .hands = scene_.hands(),
                                       .force_max_n = scene_.force_max_n(),
                                       .displacement_max_m = scene_.displacement_max_m()})));
-  web.send(id, Slot::mesh, binary_packet(mesh_frame(scene_.mesh(), scene_.rest(), kOnlyMesh, unit_m_)));
   web.send(id, Slot::notes, notes_);
   web.send(id, Slot::summary, summary_);
+}
+
+void ReplayPage::show(WebServer& web, BrowserId id, Watcher& watcher) {
+  const ViewMoment moment = scene_.at(watcher.shown);
+  if (std::exchange(watcher.mesh, scene_.mesh_version()) != scene_.mesh_version())
+    web.send(id, Slot::mesh, binary_packet(mesh_frame(scene_.mesh(), scene_.rest(), scene_.mesh_version(), unit_m_)));
+  web.send(id, Slot::shape, binary_packet(shape_frame(moment, scene_.rest(), scene_.mesh_version(), unit_m_)));
 }
 
 void ReplayPage::say_room(WebServer& web, BrowserId id, const ReplayClock& clock, Micros now) const {
@@ -110,15 +115,14 @@ Micros ReplayPage::tick(WebServer& web, Micros now) {
   if (room_due) next_room_ = now + kRoomEvery;
   for (auto& [id, watcher] : browsers_) {
     if (shape_due) {
-      if (std::exchange(watcher.fresh, false)) greet(web, id);
+      if (watcher.mesh == 0) greet(web, id);
       const Micros t = watcher.clock.at(now);
       if (std::exchange(watcher.sought, false)) {
         History forces, patch_ages;
         scene_.plot(t, forces, patch_ages);
         web.send(id, Slot::history, text_packet(history_message(forces)));
       }
-      if (std::exchange(watcher.shown, t) != t)
-        web.send(id, Slot::shape, binary_packet(shape_frame(scene_.at(t), scene_.rest(), kOnlyMesh, unit_m_)));
+      if (std::exchange(watcher.shown, t) != t) show(web, id, watcher);
     }
     if (room_due) say_room(web, id, watcher.clock, now);
   }

@@ -28,10 +28,11 @@ class ReplayPage final : public Page {
   struct Watcher {
     ReplayClock clock;
     Micros shown = Micros::min();  ///< moment sent last
-    bool fresh = true;             ///< true: it has not been told anything yet
+    std::uint32_t mesh = 0;        ///< version of the mesh sent last; 0: it has not been told anything yet
     bool sought = true;            ///< true: the plots begin anew
   };
   void greet(WebServer& web, BrowserId id);
+  void show(WebServer& web, BrowserId id, Watcher& watcher);
   void say_room(WebServer& web, BrowserId id, const ReplayClock& clock, Micros now) const;
 
   MappedFile bytes_;

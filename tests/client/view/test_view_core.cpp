@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "client/view/view_recorder.hpp"
 #include "client/viewer/recorded_scene.hpp"
 #include "client/viewer/view_core.hpp"
+#include "client/viewer/view_recorder.hpp"
 #include "common/base/limits.hpp"
 #include "server/core/server_core.hpp"
 #include "tests/client/view/demo_body.hpp"

@@ -1,11 +1,14 @@
 // The mesh of a body that blades cut: a log of pieces at the server, put together by a viewer over a link that loses some.
 #include <catch2/catch.hpp>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "client/viewer/mesh_assembly.hpp"
+#include "client/viewer/recorded_scene.hpp"
 #include "client/viewer/shape_assembly.hpp"
 #include "client/viewer/view_core.hpp"
+#include "client/viewer/view_recorder.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/random.hpp"
 #include "common/wire/codec.hpp"
@@ -13,6 +16,7 @@
 #include "server/core/mesh_pieces.hpp"
 #include "server/core/server_core.hpp"
 #include "server/core/shape_stream.hpp"
+#include "server/record/room_recorder.hpp"
 
 using namespace palpate;
 
@@ -55,8 +59,10 @@ std::set<std::set<std::array<double, 3>>> drawn(const BodyMesh& mesh) {
   std::set<std::set<std::array<double, 3>>> all;
   for (const Triangle& t : mesh.triangles) {
     std::set<std::array<double, 3>> corners;
-    for (const std::uint32_t v : t)
-      corners.insert({mesh.vertices[v].rest.x(), mesh.vertices[v].rest.y(), mesh.vertices[v].rest.z()});
+    for (const std::uint32_t v : t) {
+      const Vec3 rest = mesh.vertices[v].rest.unaryExpr(&to_rest_step);  // a recording has more digits
+      corners.insert({rest.x(), rest.y(), rest.z()});
+    }
     all.insert(corners);
   }
   return all;
@@ -195,6 +201,8 @@ struct CutWorld {
   Random random{3};
   double loss = 0;
   Micros now{0};
+  std::optional<RoomRecorder> recorder;
+  Micros stamp{};  // of the last frame
 
   static Vec3 place(const Vec3& rest, Micros t) { return rest + Vec3(0.1 * rest.z(), 0, 0.01 * std::sin(3 * seconds(t))); }
   void run(Micros span) {
@@ -216,15 +224,17 @@ struct CutWorld {
       }
       deliver(up, [this](const InFlight& d) { server.take(d.bytes, static_cast<PeerId>(d.viewer + 1), now); });
       server.tick(now);
-      if (const auto job = server.next_job(now)) {
+      if (auto job = server.next_job(now)) {
+        if (recorder) recorder->begin_frame(*job, now);
         FrameResult result;
-        result.stamp = job->target;
+        result.stamp = stamp = job->target;
         result.surface = room.surface.now();
         if (job->shapes) {
           std::vector<Vec3> of_vertices;
           for (const Vec3& x : vertices_at_rest(room.cut.body())) of_vertices.push_back(place(x, job->target));
           result.positions = room.surface.by_number(of_vertices, [](const Vec3& rest) { return rest; });
         }
+        if (recorder) recorder->end_frame(result, server, now);
         server.finish(std::move(result), now);
       }
       PeerId to = 0;
@@ -267,4 +277,60 @@ TEST_CASE("Viewers show a body while it is cut, over a link with losses, and one
                                         .norm());
     CHECK(error_m < 5e-4);
   }
+}
+
+TEST_CASE("Recordings of a viewer and of the server show a body as it was cut, at any moment", "[view][replay]") {
+  CutWorld world;
+  world.loss = 0.1;
+  world.viewers.push_back(std::make_unique<ViewCore>("first", world.now));
+  RecordingHead head;
+  head.rate_hz = head.shapes_hz = 20;
+  head.surface = recorded_surface(world.room.scene);
+  world.recorder.emplace(head);
+  world.run(Micros{2'000'000});
+  REQUIRE(world.viewers[0]->ready());
+  ViewRecorder viewed(*world.viewers[0], "test", Micros{0});
+  struct Seen {
+    Micros t;
+    std::size_t vertices;
+    std::set<std::set<std::array<double, 3>>> drawn;
+  };
+  std::vector<Seen> at_server, at_viewer;
+  for (int step = 0; step < 16; ++step) {
+    world.room.grow(step);
+    for (int k = 0; k < 8; ++k) {
+      world.run(Micros{50'000});
+      REQUIRE_FALSE(viewed.outlived(*world.viewers[0]));
+      viewed.take(*world.viewers[0], world.now);
+    }
+    at_server.push_back({world.stamp, world.room.log.mesh().vertices.size(), drawn(world.room.log.mesh())});
+    // What a viewer shows lags by the link, its losses and their healing.
+    const ViewCore& viewer = *world.viewers[0];
+    at_viewer.push_back({viewer.playback().shapes().back().body_time, viewer.rest().size(), drawn(viewer.mesh())});
+  }
+  viewed.finish();
+  world.recorder->finish();
+  for (const auto& [bytes, seen] : {std::pair{viewed.bytes(), at_viewer}, {world.recorder->take(), at_server}}) {
+    const RecordingReader recording(bytes, "cut.rec");
+    REQUIRE(recording.complete());
+    RecordedScene scene(recording, "cut.rec");
+    std::vector<std::size_t> order;
+    for (std::size_t k = 0; k < seen.size(); ++k) order.push_back(k);
+    for (const std::size_t k : {std::size_t{3}, std::size_t{14}, std::size_t{0}, std::size_t{7}}) order.push_back(k);
+    for (const std::size_t k : order) {
+      INFO(k);
+      const ViewMoment moment = scene.at(std::min(seen[k].t, scene.end()));
+      CHECK((drawn(scene.mesh()) == seen[k].drawn));
+      CHECK(scene.rest().size() == seen[k].vertices);
+      REQUIRE(moment.shape.positions.size() == seen[k].vertices);
+      double error_m = 0;
+      for (const Triangle& t : scene.mesh().triangles)
+        for (const std::uint32_t v : t)
+          error_m = std::max(error_m, (moment.shape.positions[v].cast<double>() -
+                                       CutWorld::place(scene.mesh().vertices[v].rest, moment.shape.body_time))
+                                          .norm());
+      CHECK(error_m < 3e-3);  // it moves by 30 mm/s, between shapes that are 50 ms apart
+    }
+  }
+  CHECK(at_viewer.back().vertices > at_viewer.front().vertices);
 }

@@ -1,6 +1,8 @@
 // A body that is resumed from a recording, and the tools that wait on it.
 #include "server/record/resume.hpp"
 
+#include <Eigen/Geometry>
+
 #include <catch2/catch.hpp>
 
 #include "common/base/error.hpp"
@@ -231,6 +233,165 @@ TEST_CASE("viewers and recordings have the surface of a cut body, with its walls
   const RecordingReader recording(bytes, "cut.rec");
   CHECK(recording.damage().empty());
   CHECK(recording.head().surface.walls == head.surface.walls);
+}
+
+namespace {
+
+Scene blade_scene() {
+  return read_scene(R"({"body": {"lattice": {"nodes": [7, 7, 5], "size_m": [0.06, 0.06, 0.04], "fixed_faces": ["z-"],
+      "solid": {"element": "hexahedron", "young_pa": 20000, "poisson": 0.45, "damping_s": 0.02}},
+      "tissue": [{"toughness_j_m2": 20, "puncture_n": 0.3, "friction_n_m": 4}]},
+      "tool": {"contact": "touch", "radius_m": 0.02, "blade": {"length_m": 0.036, "width_m": 0.04}}})",
+                    "block.json");
+}
+
+/// A hand with a blade, recorded by the recorder of a server.
+struct Cutting {
+  Scene scene = blade_scene();
+  Room room{scene};
+  ReservedTools absent;
+  Micros at;
+  FrameResult last;
+
+  explicit Cutting(Micros begin) : at(begin) { room.start(begin); }
+  static Vec3 deep(double depth_m) { return {0.0312, 0.029, 0.04 - depth_m}; }
+  /// The edge along y.
+  static Rotation turn() { return Rotation(Eigen::AngleAxisd(1.5707963267948966, Vec3::UnitZ())); }
+  const FrameResult& frame(const std::optional<Vec3>& tool, std::vector<StationReport> here = {}, bool reset = false) {
+    FrameJob job;
+    job.begin = at;
+    job.target = at + kFrame;
+    job.state = job.shapes = true;
+    job.reset = reset;
+    if (tool) {
+      StationJob station;
+      station.id = 7;
+      station.horizon = 100ms;
+      station.samples = {{at, *tool, turn()}, {at + kFrame, *tool, turn()}};
+      job.stations.push_back(station);
+    }
+    absent.add_to(job, here);
+    last = room.run(job);
+    absent.take_out(last);
+    at += kFrame;
+    return last;
+  }
+  void stab(double deepest_m) {
+    for (double depth_m = -0.001; depth_m < deepest_m; depth_m += 0.0005) frame(deep(depth_m));
+  }
+  RecordedCheckpoint checkpoint() const {
+    const StationFrame& hand = last.stations.front();
+    RecordedCheckpoint made = checkpoint_of(last, {{"hand", hand.tool, hand.turn, 0, hand.needle}});
+    made.cuts = recorded_cuts(*last.cuts);
+    return made;
+  }
+};
+
+std::optional<ResumePoint> written(const Scene& scene, const RecordedCheckpoint& checkpoint) {
+  RecordingWriter writer(head_of(scene));
+  writer.add(checkpoint);
+  writer.finish();
+  const auto bytes = writer.take();
+  return newest_checkpoint(RecordingReader(bytes, "old.rec"), "old.rec", "room", scene);
+}
+
+}  // namespace
+
+TEST_CASE("a body that a blade has cut is taken up again with its cuts, and the blade in it goes on where it was",
+          "[resume][blade]") {
+  Cutting before(10s);
+  before.stab(0.024);
+  REQUIRE(before.last.cuts);
+  const StationFrame& hand = before.last.stations.front();
+  REQUIRE(hand.needle);
+  const double front_m = hand.needle->tip.front_m;
+  REQUIRE(front_m > 0.012);
+  const auto found = written(before.scene, before.checkpoint());
+  REQUIRE(found);
+  const RecordedCheckpoint& was = found->checkpoint;
+  REQUIRE(was.positions.size() > before.scene.body.nodes.size());
+
+  Cutting after(500s);
+  CHECK(after.room.resume(in_a_row(was.positions), in_a_row(was.velocities), was.relaxed, steps_of(was.cuts)));
+  after.absent = ReservedTools(was.holds);
+  for (int k = 0; k < 20; ++k) after.frame(std::nullopt);
+  REQUIRE(after.last.cuts);
+  CHECK(after.last.cuts->size() == before.last.cuts->size());
+  REQUIRE(after.last.surface);
+  CHECK(after.last.surface->triangles.size() == before.last.surface->triangles.size());
+  const Vec3 tool = Cutting::deep(0.0235);
+  for (int k = 0; k < 20; ++k) before.frame(tool);
+  for (int k = 0; k < 20; ++k) after.frame(tool, {report(7, "hand")});
+  REQUIRE(after.last.stations.size() == 1);
+  const StationFrame &now = after.last.stations.front(), &went_on = before.last.stations.front();
+  REQUIRE(now.needle);
+  CHECK(now.needle->tip.front_m == Approx(front_m).margin(3e-4));
+  // The friction of the shaft, 4 N/m over 23 mm, begins anew.
+  CHECK(now.force.norm() == Approx(went_on.force.norm()).margin(4 * 0.0235 + 0.02));
+  CHECK(farthest(after.last.state->x, before.last.state->x) < 5e-4);
+
+  // It cuts on from there: as deep as if nothing had been.
+  for (double depth_m = 0.0235; depth_m < 0.030; depth_m += 0.0005) {
+    before.frame(Cutting::deep(depth_m));
+    after.frame(Cutting::deep(depth_m), {report(7, "hand")});
+  }
+  CHECK(after.last.stations.front().needle->tip.front_m > front_m + 0.003);
+  CHECK(after.last.state->x.size() == before.last.state->x.size());
+  CHECK(after.last.stations.front().needle->tip.front_m == Approx(before.last.stations.front().needle->tip.front_m).margin(3e-4));
+
+  after.frame(std::nullopt, {}, true);
+  CHECK_FALSE(after.last.cuts);
+  CHECK(after.last.state->x.size() == 3 * std::ssize(after.scene.body.nodes));
+}
+
+TEST_CASE("the cells of a body that is cut again from its steps have the bits of the one that was cut", "[resume][blade]") {
+  Cutting before(10s);
+  before.stab(0.026);
+  REQUIRE(before.last.cuts);
+  REQUIRE(std::ranges::count_if(*before.last.cuts, &CutStep::parts) > 1);
+  const auto cuts = written(before.scene, before.checkpoint())->checkpoint.cuts;
+  CutBody again(before.scene.body), stepwise(before.scene.body);
+  const CutChange change = again.repeat(steps_of(cuts));
+  for (const CutStep& step : *before.last.cuts) {
+    stepwise.set(step.cut, step.to);
+    if (step.parts) stepwise.part();
+  }
+  REQUIRE(again.body().hexahedra.size() == stepwise.body().hexahedra.size());
+  for (std::size_t k = 0; k < again.body().hexahedra.size(); ++k) {
+    CHECK(again.body().hexahedra[k].nodes == stepwise.body().hexahedra[k].nodes);
+    CHECK(again.body().hexahedra[k].share == stepwise.body().hexahedra[k].share);
+  }
+  REQUIRE(3 * std::ssize(again.body().nodes) == before.last.state->x.size());
+  for (std::size_t i = 0; i < change.node_before.size(); ++i)
+    CHECK(again.body().nodes[i] == before.scene.body.nodes[change.node_before[i]]);
+}
+
+TEST_CASE("a checkpoint whose cuts do not fit the scene is refused", "[resume][blade]") {
+  Cutting before(10s);
+  before.stab(0.024);
+  RecordedCheckpoint checkpoint = before.checkpoint();
+  const auto refusal = [&](const Scene& scene, const RecordedCheckpoint& given) -> std::string {
+    try {
+      written(scene, given);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  CHECK(refusal(before.scene, checkpoint).empty());
+  Scene without = before.scene;
+  without.tool.needle.reset();
+  CHECK_THAT(refusal(without, checkpoint), Catch::Contains("of a body that a blade has cut; expected a scene with"));
+  RecordedCheckpoint wrong = checkpoint;
+  wrong.cuts.clear();
+  CHECK_THAT(refusal(before.scene, wrong), Catch::Contains("nodes; expected the 245 of its scene"));
+  wrong = checkpoint;
+  wrong.positions.pop_back();
+  wrong.velocities.pop_back();
+  CHECK_THAT(refusal(before.scene, wrong), Catch::Contains("of its scene with its cuts"));
+  wrong = checkpoint;
+  for (RecordedCut& cut : wrong.cuts) cut.number += 2;
+  CHECK_THAT(refusal(before.scene, wrong), Catch::Contains("lacks a cut"));
 }
 
 TEST_CASE("a checkpoint that does not fit its own head is refused", "[resume]") {

@@ -25,8 +25,10 @@ class ViewRecorder {
   void finish() { writer_.finish(); }
   /// Returns the bytes of the file that were not returned yet.
   std::vector<std::byte> bytes() { return writer_.take(); }
-  /// True when the body has another mesh, which this recording cannot hold.
-  bool outlived(const ViewCore& core) const { return core.mesh_version() != mesh_version_; }
+  /// True when the mesh is that of another body, or not all there: this recording cannot hold it.
+  bool outlived(const ViewCore& core) const {
+    return core.welcome().mesh_hash != mesh_hash_ || core.mesh().vertices.size() < vertices_;
+  }
 
  private:
   static constexpr Micros kLinksEvery{250'000};
@@ -35,7 +37,8 @@ class ViewRecorder {
   void take_links(const RoomView& room);
   StationId station(const std::string& name, const RoomView& room);
 
-  std::uint64_t mesh_version_;
+  std::uint64_t mesh_version_, mesh_hash_;
+  std::size_t vertices_;
   RecordingWriter writer_;
   std::map<std::string, StationId> stations_;   ///< stations that are present
   std::map<StationId, std::uint32_t> buttons_;  ///< buttons pressed last

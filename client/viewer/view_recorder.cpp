@@ -1,6 +1,7 @@
-#include "client/view/view_recorder.hpp"
+#include "client/viewer/view_recorder.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace palpate {
@@ -46,9 +47,18 @@ const StationView* find(const RoomView& room, const std::string& name) {
 }  // namespace
 
 ViewRecorder::ViewRecorder(const ViewCore& core, const std::string& program, Micros unix_time)
-    : mesh_version_(core.mesh_version()), writer_(head_of(core, program, unix_time)) {}
+    : mesh_version_(core.mesh_version()),
+      mesh_hash_(core.welcome().mesh_hash),
+      vertices_(core.mesh().vertices.size()),
+      writer_(head_of(core, program, unix_time)) {}
 
 void ViewRecorder::take(const ViewCore& core, Micros now) {
+  if (std::exchange(mesh_version_, core.mesh_version()) != core.mesh_version()) {
+    vertices_ = core.mesh().vertices.size();
+    std::vector<std::uint32_t> same(vertices_);
+    std::iota(same.begin(), same.end(), 0U);
+    writer_.add_mesh(std::max(shape_until_, core.playback().shapes().front().body_time), core.mesh(), same);
+  }
   std::vector<Vec3> positions;
   for (const Shape& shape : core.playback().shapes()) {
     if (shape.body_time <= shape_until_) continue;
