@@ -60,7 +60,7 @@ struct ReferenceModel::State {
   explicit State(const Scene& s)
       : scene(s),
         skin(scene.body, scene.tool.radius_m),
-        tissue(scene.tool.needle ? std::make_unique<NeedleTissue>(scene, skin, own_nodes(scene.body)) : nullptr),
+        tissue(scene.tool.needle ? std::make_unique<NeedleTissue>(scene, skin) : nullptr),
         dynamics(std::in_place, scene.body),
         integrator(std::in_place, *dynamics, skin, exact_options(scene.body)),
         body(settled_state(*dynamics, s.name)),

@@ -34,9 +34,9 @@ NodeWeights NeedlePath::weights(double depth_m) const {
   return both;
 }
 
-NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin, std::size_t nodes)
+NeedleTissue::NeedleTissue(const Scene& scene, const Skin& skin)
     : body_(&scene.body),
-      nodes_(nodes),
+      nodes_(own_nodes(scene.body)),
       skin_(&skin),
       radius_m_(std::max(scene.tool.radius_m, kLeastSpacings * mean_edge_m(scene.body))),
       needle_(*scene.tool.needle) {

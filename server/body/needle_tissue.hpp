@@ -46,9 +46,11 @@ struct NeedlePath {
 
 class NeedleTissue {
  public:
-  /// `body` and `skin` must outlive it. `scene.tool.needle` is set. `nodes`: the first of them hold material points: not the
-  /// copies that a cut makes, whose cells may have a small share.
-  NeedleTissue(const Scene& scene, const Skin& skin, std::size_t nodes);
+  /// `body` and `skin` must outlive it. `scene.tool.needle` is set. R stays that of this body.
+  NeedleTissue(const Scene& scene, const Skin& skin);
+  /// Takes up a change of the body and its skin by a cut. Material points hang on its first `nodes` nodes: not on the copies that
+  /// cuts make, whose cells may have a small share.
+  void renew(std::size_t nodes) { nodes_ = nodes; }
   /// Returns the path of a needle that enters at `entry` along `way`, a unit vector, in the body at `x`.
   /// `edge`: unit vector along the edge of a blade.
   std::shared_ptr<const NeedlePath> path(const SurfacePoint& entry, const Vec3& way, const Vec3& edge, const Vector& x) const;

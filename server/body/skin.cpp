@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <queue>
+#include <utility>
 
 namespace palpate {
 
@@ -57,6 +58,12 @@ class Reach {
   std::uint32_t search_ = 0;
 };
 
+/// Adds a weight to that of its node; `row` has each node once.
+void add_to_row(std::uint32_t node, double weight, std::vector<double>& of_node, NodeWeights& row) {
+  if (of_node[node] == 0) row.emplace_back(node, 0.0);
+  of_node[node] += weight;
+}
+
 }  // namespace
 
 Skin::Skin(const LumpedBody& body, double radius_m)
@@ -66,6 +73,7 @@ Skin::Skin(const LumpedBody& body, double radius_m)
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
   std::optional<Reach> reach;
   if (!body.embedded.empty()) reach.emplace(surface_.view(), rest_);
+  std::vector<double> of_node(reach ? body.nodes.size() : 0, 0.0);  // of a cut body, the row of S that is made
   for (const std::uint32_t i : vertices_) {
     box_.extend(rest_[i]);
     double sum = 0;
@@ -74,17 +82,19 @@ Skin::Skin(const LumpedBody& body, double radius_m)
         const double d = i == j || !(radius_m > 0) ? 0.0 : (rest_[i] - rest_[j]).norm() / radius_m;
         if ((i != j && !(radius_m > 0)) || d >= 1) continue;
         const double weight = (1 - d * d) * (1 - d * d);
-        if (body.is_node(j))
+        if (!reach)
           smooth_[i].emplace_back(j, weight);
+        else if (body.is_node(j))
+          add_to_row(j, weight, of_node, smooth_[i]);
         else
           for (const auto& [node, share] : body.embedded[j - body.nodes.size()].weights)
-            smooth_[i].emplace_back(node, share * weight);
+            add_to_row(node, share * weight, of_node, smooth_[i]);
         sum += weight;
       }
     };
     average(reach ? reach->from(i, kLongestPath * radius_m) : vertices_);
-    for (auto& entry : smooth_[i]) entry.second /= sum;
-    if (reach) smooth_[i] = merged(std::move(smooth_[i]));
+    if (reach) std::sort(smooth_[i].begin(), smooth_[i].end());
+    for (auto& [node, weight] : smooth_[i]) weight = (reach ? std::exchange(of_node[node], 0.0) : weight) / sum;
   }
 }
 

@@ -36,8 +36,13 @@ class MovedPoints {
     const Triangle& was = triangles_[point.triangle];
     Triangle same{};
     for (std::size_t k = 0; k < 3; ++k) same[k] = was[k] < now_.size() ? now_[was[k]] : kNoNode;
-    const std::span<const Triangle> triangles = skin.view().triangles;
-    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const SurfaceView& surface = skin.view();
+    const std::span<const Triangle> triangles = surface.triangles;
+    const std::span<const std::uint32_t> around =
+        same[0] == kNoNode
+            ? std::span<const std::uint32_t>()
+            : std::span(surface.incident).subspan(surface.first[same[0]], surface.first[same[0] + 1] - surface.first[same[0]]);
+    for (const std::uint32_t t : around) {
       if (sorted(triangles[t]) != sorted(same)) continue;
       SurfacePoint moved{t, Vec3::Zero()};
       for (int k = 0; k < 3; ++k)
@@ -176,7 +181,7 @@ void LiveCuts::renew(const LumpedBody& body) {
   *of_.skin = Skin(of_.scene->body, of_.scene->tool.radius_m);
   const std::span own = std::span(cut_.number()).first(own_nodes(cut_.uncut()));
   const auto there = std::ranges::count_if(own, [](std::uint32_t node) { return node != kNoNode; });
-  **of_.tissue = NeedleTissue(*of_.scene, *of_.skin, static_cast<std::size_t>(there));
+  (*of_.tissue)->renew(static_cast<std::size_t>(there));
   of_.dynamics->emplace(of_.scene->body);
 }
 

@@ -12,7 +12,7 @@ namespace palpate {
 SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
     : scene_(scene),
       skin_(scene_.body, scene_.tool.radius_m),
-      tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_, own_nodes(scene_.body)) : nullptr),
+      tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
       dynamics_(std::in_place, scene_.body),
       integrator_(like ? same_stepper(like->integrator_, *dynamics_, skin_) : choose_stepper(scene_, *dynamics_, skin_)),
       rest_(like ? like->rest_uncut() : settled_state(*dynamics_, scene_.name)),

@@ -20,7 +20,7 @@ constexpr std::array<std::array<std::uint8_t, 4>, 4> kTetraFaces{{{1, 2, 3}, {0,
 std::size_t find_parts(const CutCells& cut, const CellNodes& nodes, std::array<std::uint8_t, 8>& part) {
   DisjointSets joined(cut.kind->corners);
   for (const auto& [a, b] : cut.kind->links)
-    if (!cut.links.contains(link_of(nodes[a], nodes[b]))) joined.join(a, b);
+    if (!cut.is_cut(link_of(nodes[a], nodes[b]))) joined.join(a, b);
   std::size_t parts = 0;
   for (std::uint32_t corner = 0; corner < cut.kind->corners; ++corner) {
     const std::uint32_t first = joined.find(corner);
@@ -109,15 +109,17 @@ std::size_t CutCells::corner_of(std::uint32_t cell, std::uint32_t node) const {
   return static_cast<std::size_t>(found - cells[cell].begin());
 }
 
-CutCells uncut_cells(const CellTopology& kind, std::vector<CellNodes> cells) {
+CutCells uncut_cells(const CellTopology& kind, std::vector<CellNodes> cells, std::size_t nodes) {
   CutCells cut;
   cut.kind = &kind;
   cut.cells = std::move(cells);
+  cut.at_link.resize(nodes, 0);
   find_faces(cut);
   return cut;
 }
 
-void copy_cells(CutCells& cut, std::size_t nodes) {
+void copy_cells(CutCells& cut) {
+  const std::size_t nodes = cut.at_link.size();
   const std::size_t corners = cut.kind->corners;
   cut.copies.clear();
   cut.first_copy.clear();
@@ -138,8 +140,9 @@ void copy_cells(CutCells& cut, std::size_t nodes) {
       if (first == kNoCell) first = corner;
       of_corners.join(first, corner);
     }
+  // Between two whole cells all corners are their own, and joined already.
   for (const CellFace& face : cut.faces)
-    if (!face.is_outer()) join_over(cut, face, of_corners);
+    if (!face.is_outer() && (cut.is_parted(face.cells[0]) || cut.is_parted(face.cells[1]))) join_over(cut, face, of_corners);
   number_nodes(cut, nodes, of_corners);
 }
 

@@ -57,6 +57,7 @@ struct CutCells {
   const CellTopology* kind = nullptr;
   std::vector<CellNodes> cells;  ///< as they were
   CutLinks links;
+  std::vector<std::uint8_t> at_link;              ///< of each node: 1 if a cut link ends there
   std::vector<std::array<std::uint8_t, 8>> part;  ///< of each corner of each cell
   std::vector<std::uint32_t> first_copy;          ///< of each cell, and their total
   std::vector<CellCopy> copies;
@@ -64,15 +65,24 @@ struct CutCells {
   std::vector<CellFace> faces;
   std::vector<std::uint32_t> face_of;  ///< index into `faces` of each face of each cell
 
+  /// Cuts a link.
+  void cut(const CellLink& link, double share) {
+    if (links.emplace(link, share).second) at_link[link.first] = at_link[link.second] = 1;
+  }
+  bool is_cut(const CellLink& link) const {
+    return at_link[link.first] != 0 && at_link[link.second] != 0 && links.contains(link);
+  }
+  bool is_parted(std::uint32_t cell) const { return first_copy[cell + 1] - first_copy[cell] > 1; }
   std::uint32_t copy_at(std::uint32_t cell, std::size_t corner) const { return first_copy[cell] + part[cell][corner]; }
   std::uint32_t face_at(std::uint32_t cell, std::size_t face) const { return face_of[cell * kind->faces.size() + face]; }
   std::size_t corner_of(std::uint32_t cell, std::uint32_t node) const;
 };
 
 /// Returns cells that nothing cuts yet, which are not in copies.
-CutCells uncut_cells(const CellTopology& kind, std::vector<CellNodes> cells);
-/// Puts them in copies where `cut.links` part them, anew. `nodes`: number of nodes of the body.
-void copy_cells(CutCells& cut, std::size_t nodes);
+/// `nodes`: number of nodes of the body.
+CutCells uncut_cells(const CellTopology& kind, std::vector<CellNodes> cells, std::size_t nodes);
+/// Puts them in copies where `cut.links` part them, anew.
+void copy_cells(CutCells& cut);
 
 /// Returns for each node whether it is fixed, from those that were: a new one is where a link joins it, in one of its copies, to
 /// a corner of that copy's own that is fixed, as it was itself before. What a cut takes off a fixed face is thus free.

@@ -3,6 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include "server/scene/disjoint_sets.hpp"
 
 namespace palpate {
 namespace {
@@ -27,16 +32,19 @@ class Walls {
       : cut_(cut), x_(x), kept_(kept), nodes_(static_cast<std::uint32_t>(cut.origin.size())) {}
 
   void add_outer(const std::vector<Triangle>& triangles) {
-    std::map<Corners3, std::uint32_t> face_of;
+    std::vector<std::pair<Corners3, std::uint32_t>> face_of;
     for (std::uint32_t f = 0; f < cut_.faces.size(); ++f)
       if (cut_.faces[f].is_outer())
         for (std::size_t k = 0; k < cut_.kind->face_corners; ++k) {
           const std::size_t n = cut_.kind->face_corners;
-          face_of[sorted({node_at(f, k), node_at(f, (k + 1) % n), node_at(f, (k + 2) % n)})] = f;
+          face_of.emplace_back(sorted({node_at(f, k), node_at(f, (k + 1) % n), node_at(f, (k + 2) % n)}), f);
         }
+    std::sort(face_of.begin(), face_of.end());
     for (const Triangle& t : triangles) {
-      const std::uint32_t f = face_of.at(sorted(t));
-      if (!is_cut(f) && kept_[cut_.copy_at(cut_.faces[f].cells[0], corner_at(f, 0))] != 0) surface_.triangles.push_back(t);
+      const auto at = std::lower_bound(face_of.begin(), face_of.end(), std::pair{sorted(t), std::uint32_t{0}});
+      assert(at != face_of.end() && at->first == sorted(t));
+      const std::uint32_t f = at->second;
+      if (!is_cut(f) && kept_[cut_.copy_at(cut_.faces[f].cells[0], corner_at(f, 0))] != 0) add(t, t[0]);
     }
     for (std::uint32_t f = 0; f < cut_.faces.size(); ++f)
       if (cut_.faces[f].is_outer() && is_cut(f)) split(f);
@@ -47,7 +55,7 @@ class Walls {
     for (std::uint32_t cell = 0; cell < cut_.cells.size(); ++cell)
       for (const auto& [a, b] : cut_.kind->links) {
         const CellLink link = link_of(cut_.cells[cell][a], cut_.cells[cell][b]);
-        if (cut_.links.contains(link)) cells_at[link].push_back(cell);
+        if (cut_.is_cut(link)) cells_at[link].push_back(cell);
       }
     for (const auto& [link, cells] : cells_at)
       for (const Around& around : order(link, cells)) add_wall(link, around);
@@ -55,6 +63,7 @@ class Walls {
 
   CutSurface take() {
     drop_pockets();
+    part_pinches();
     return std::move(surface_);
   }
 
@@ -68,7 +77,7 @@ class Walls {
   CellLink edge_at(std::uint32_t face, std::size_t k) const { return link_of(node_at(face, k), node_at(face, k + 1)); }
   bool is_cut(std::uint32_t face) const {
     for (std::size_t k = 0; k < cut_.kind->face_corners; ++k)
-      if (cut_.links.contains(edge_at(face, k))) return true;
+      if (cut_.is_cut(edge_at(face, k))) return true;
     return false;
   }
   bool has(std::uint32_t face, const CellLink& link) const {
@@ -95,7 +104,7 @@ class Walls {
   std::uint32_t mean_of(const std::vector<CellLink>& links, std::uint32_t copy, bool is_wall) {
     NodeWeights weights;
     for (const CellLink& link : links)
-      if (cut_.links.contains(link)) add_crossing(link, copy, 1, weights);
+      if (cut_.is_cut(link)) add_crossing(link, copy, 1, weights);
     const double count = 0.5 * static_cast<double>(weights.size());
     for (auto& [node, weight] : weights) weight /= count;
     return vertex(std::move(weights), is_wall);
@@ -113,8 +122,11 @@ class Walls {
     return mean_of(links, copy, true);
   }
 
-  void add(const Triangle& t) {
-    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) surface_.triangles.push_back(t);
+  /// `side`: the node of the body on whose side of the cut it lies.
+  void add(const Triangle& t, std::uint32_t side) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    surface_.triangles.push_back(t);
+    side_.push_back(side);
   }
 
   /// Splits an outer face into a polygon for each run of corners between its cut edges.
@@ -123,7 +135,7 @@ class Walls {
     const std::uint32_t cell = cut_.faces[face].cells[0];
     for (std::size_t begin = 0; begin < n; ++begin) {
       const CellLink before = edge_at(face, begin + n - 1);
-      if (!cut_.links.contains(before)) continue;
+      if (!cut_.is_cut(before)) continue;
       const std::uint32_t copy = cut_.copy_at(cell, corner_at(face, begin));
       if (kept_[copy] == 0) continue;
       const std::uint32_t middle = face_vertex(face, copy);
@@ -131,11 +143,11 @@ class Walls {
       std::size_t k = begin;
       for (;; ++k) {
         const std::uint32_t next = node_at(face, k);
-        add({middle, last, next});
+        add({middle, last, next}, next);
         last = next;
-        if (cut_.links.contains(edge_at(face, k))) break;
+        if (cut_.is_cut(edge_at(face, k))) break;
       }
-      add({middle, last, link_vertex(edge_at(face, k), copy)});
+      add({middle, last, link_vertex(edge_at(face, k), copy)}, last);
     }
   }
 
@@ -235,22 +247,123 @@ class Walls {
       std::rotate(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(from), p.end());
       for (std::size_t k = 1; k + 1 < p.size(); ++k) {
         if (forward == (side == link.first))
-          add({p[0], p[k], p[k + 1]});
+          add({p[0], p[k], p[k + 1]}, side);
         else
-          add({p[0], p[k + 1], p[k]});
+          add({p[0], p[k + 1], p[k]}, side);
       }
     }
   }
 
-  /// Drops pairs of triangles with the same corners: they face each other and never part.
+  /// Drops pairs of triangles with the same corners, which a cut has made: they face each other and never part.
   void drop_pockets() {
     std::map<Corners3, std::vector<std::size_t>> alike;
-    for (std::size_t t = 0; t < surface_.triangles.size(); ++t) alike[sorted(surface_.triangles[t])].push_back(t);
+    for (std::size_t t = 0; t < surface_.triangles.size(); ++t)
+      if (std::ranges::any_of(surface_.triangles[t], [&](std::uint32_t v) { return v >= nodes_; }))
+        alike[sorted(surface_.triangles[t])].push_back(t);
     std::vector<std::uint8_t> drop(surface_.triangles.size(), 0);
     for (const auto& [corners, pair] : alike)
       if (pair.size() == 2) drop[pair[0]] = drop[pair[1]] = 1;
     std::size_t t = 0;
     std::erase_if(surface_.triangles, [&](const Triangle&) { return drop[t++] != 0; });
+    t = 0;
+    std::erase_if(side_, [&](std::uint32_t) { return drop[t++] != 0; });
+  }
+
+  /// An edge of a triangle, and the numbers of its corners at the edge's lower and higher vertex.
+  struct Use {
+    std::uint32_t low, high, at_low, at_high;
+    bool rises;
+    std::uint32_t triangle() const { return at_low / 3; }
+  };
+  using Neighbours = std::pair<Use, Use>;  // the first rises, the second falls
+
+  /// Edges with a vertex that cuts made, in order.
+  std::vector<Use> edges() const {
+    std::vector<Use> uses;
+    for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t)
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = surface_.triangles[t][k], b = surface_.triangles[t][(k + 1) % 3];
+        const std::uint32_t at_a = 3 * t + k, at_b = 3 * t + (k + 1) % 3;
+        if (std::max(a, b) < nodes_) continue;
+        uses.push_back(a < b ? Use{a, b, at_a, at_b, true} : Use{b, a, at_b, at_a, false});
+      }
+    std::sort(uses.begin(), uses.end(),
+              [](const Use& p, const Use& q) { return std::tie(p.low, p.high, p.at_low) < std::tie(q.low, q.high, q.at_low); });
+    return uses;
+  }
+
+  /// Returns the triangles of one edge in pairs of neighbours: first those on one side of the cut.
+  std::vector<Neighbours> neighbours(std::span<const Use> uses) const {
+    std::vector<Use> rising, falling;
+    for (const Use& use : uses) (use.rises ? rising : falling).push_back(use);
+    std::vector<Neighbours> pairs;
+    for (const bool of_one_side : {true, false})
+      std::erase_if(rising, [&](const Use& use) {
+        const auto other = std::ranges::find_if(
+            falling, [&](const Use& u) { return !of_one_side || side_[u.triangle()] == side_[use.triangle()]; });
+        if (other == falling.end()) return false;
+        pairs.emplace_back(use, *other);
+        falling.erase(other);
+        return true;
+      });
+    return pairs;
+  }
+
+  /// Corners of triangles that are one vertex: a run of neighbours around it.
+  DisjointSets runs(const std::vector<Neighbours>& pairs) const {
+    DisjointSets corners(3 * surface_.triangles.size());
+    for (const auto& [rising, falling] : pairs) {
+      corners.join(rising.at_low, falling.at_low);
+      corners.join(rising.at_high, falling.at_high);
+    }
+    return corners;
+  }
+
+  /// Where walls touch themselves along an edge, as where opposite corners of a cell are cut off, gives each its own vertices.
+  void part_pinches() {
+    const std::vector<Use> uses = edges();
+    std::vector<Neighbours> pairs;
+    std::vector<std::pair<std::size_t, std::size_t>> pinches;  // edges with several pairs
+    for (auto begin = uses.begin(); begin != uses.end();) {
+      const auto end =
+          std::find_if(begin, uses.end(), [&](const Use& u) { return u.low != begin->low || u.high != begin->high; });
+      const std::vector<Neighbours> here = neighbours({begin, end});
+      if (here.size() > 1) pinches.emplace_back(pairs.size(), pairs.size() + here.size());
+      pairs.insert(pairs.end(), here.begin(), here.end());
+      begin = end;
+    }
+    if (pinches.empty()) return;
+    DisjointSets corners = runs(pairs);
+    // Two pairs between the same two runs: the other neighbours make two runs of each.
+    for (const auto& [first, last] : pinches)
+      for (std::size_t p = first; p < last; ++p)
+        for (std::size_t q = first; q < p; ++q) {
+          const auto is_one = [&](std::uint32_t Use::*at) {
+            return corners.find(pairs[p].first.*at) == corners.find(pairs[q].first.*at);
+          };
+          if (!is_one(&Use::at_low) || !is_one(&Use::at_high)) continue;
+          std::swap(pairs[p].second, pairs[q].second);
+          corners = runs(pairs);
+        }
+    name_runs(corners);
+  }
+
+  /// Makes each run of corners a vertex: the first of a vertex keeps its number.
+  void name_runs(DisjointSets& corners) {
+    std::map<std::uint32_t, std::uint32_t> vertex_of;  // of a run, named by its lowest corner
+    std::vector<std::uint8_t> taken(surface_.embedded.size(), 0);
+    for (std::uint32_t corner = 0; corner < 3 * surface_.triangles.size(); ++corner) {
+      std::uint32_t& vertex = surface_.triangles[corner / 3][corner % 3];
+      if (vertex < nodes_) continue;
+      const std::uint32_t v = vertex - nodes_;
+      const auto [at, fresh] = vertex_of.try_emplace(corners.find(corner), vertex);
+      if (fresh && taken[v] != 0) {
+        at->second = nodes_ + static_cast<std::uint32_t>(surface_.embedded.size());
+        surface_.embedded.push_back(EmbeddedVertex(surface_.embedded[v]));
+      }
+      taken[v] = 1;
+      vertex = at->second;
+    }
   }
 
   const CutCells& cut_;
@@ -259,6 +372,7 @@ class Walls {
   std::uint32_t nodes_;
   std::map<NodeWeights, std::uint32_t> known_;
   CutSurface surface_;
+  std::vector<std::uint32_t> side_;  // of each triangle
 };
 
 }  // namespace

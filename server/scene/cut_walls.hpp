@@ -7,7 +7,8 @@
 //
 //     x(m) = 1/n sum over the n cut links (a, b) of the cell (1 - t) x_a + t x_b,   x_a, x_b nodes of the copy
 //
-// so the two walls of a cut lie on each other at rest and part as the copies do. The surface is closed. Pockets without a volume,
+// so the two walls of a cut lie on each other at rest and part as the copies do. The surface is closed, and where it would touch
+// itself along an edge the vertices are doubled, so that each edge has two triangles. Pockets without a volume,
 // where a link is cut but nothing parts, are left out.
 //
 // Source: Wu, Dick and Westermann, Efficient collision detection for composite finite element simulation of cuts in deformable

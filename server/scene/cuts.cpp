@@ -101,7 +101,7 @@ struct Cutter {
   void begin() {
     std::vector<CellNodes> nodes;
     for (const Cell& cell : uncut()) std::copy(cell.nodes.begin(), cell.nodes.end(), nodes.emplace_back().begin());
-    of.cut_ = uncut_cells(kind_of(type()), std::move(nodes));
+    of.cut_ = uncut_cells(kind_of(type()), std::move(nodes), of.uncut_.nodes.size());
     const std::size_t own = own_nodes(of.uncut_);
     const std::vector<double> volumes = lumped_masses(uncut(), of.uncut_.nodes, 1);
     of.density_kg_m3_ =
@@ -123,7 +123,7 @@ struct Cutter {
         const CellLink link = link_of(cell.nodes[a], cell.nodes[b]);
         if (of.cut_.links.contains(link)) continue;
         const auto t = crossing(close, of.uncut_.nodes[link.first], of.uncut_.nodes[link.second]);
-        if (t) of.cut_.links.emplace(link, *t);
+        if (t) of.cut_.cut(link, *t);
         added += t.has_value();
       }
     }
@@ -177,7 +177,7 @@ struct Cutter {
   }
 
   CutChange part() {
-    copy_cells(of.cut_, of.uncut_.nodes.size());
+    copy_cells(of.cut_);
     std::vector<std::uint8_t> kept = held_copies(of.cut_, held());
     if (std::ranges::none_of(kept, [](std::uint8_t is_kept) { return is_kept != 0; }))
       std::fill(kept.begin(), kept.end(), 1);  // of a body that nothing holds all stays

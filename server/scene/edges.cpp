@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <set>
 
 #include "server/scene/scene.hpp"
 
@@ -10,17 +9,26 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& 
   edges.reserve(body.elements.size());
   for (const Element& e : body.elements) edges.emplace_back(e.a, e.b);
   if (!body.is_solid()) return edges;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> of_springs, of_cells;
-  for (const auto& [a, b] : edges) of_springs.insert(std::minmax(a, b));
+  std::vector<std::vector<std::uint32_t>> above(body.nodes.size());  // nodes of higher number that share a cell with each
   const auto add = [&](const auto& cells) {
     for (const auto& cell : cells)
       for (std::size_t i = 0; i < cell.nodes.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-          if (cell.nodes[i] != cell.nodes[j]) of_cells.insert(std::minmax(cell.nodes[i], cell.nodes[j]));
+        for (std::size_t j = 0; j < i; ++j) {
+          const auto [low, high] = std::minmax(cell.nodes[i], cell.nodes[j]);
+          if (low != high) above[low].push_back(high);
+        }
   };
   add(body.tetrahedra);
   add(body.hexahedra);
-  std::set_difference(of_cells.begin(), of_cells.end(), of_springs.begin(), of_springs.end(), std::back_inserter(edges));
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> of_springs;
+  for (const auto& [a, b] : edges) of_springs.emplace_back(std::minmax(a, b));
+  std::sort(of_springs.begin(), of_springs.end());
+  for (std::uint32_t low = 0; low < above.size(); ++low) {
+    std::sort(above[low].begin(), above[low].end());
+    above[low].erase(std::unique(above[low].begin(), above[low].end()), above[low].end());
+    for (const std::uint32_t high : above[low])
+      if (!std::binary_search(of_springs.begin(), of_springs.end(), std::pair{low, high})) edges.emplace_back(low, high);
+  }
   return edges;
 }
 

@@ -1,6 +1,7 @@
 #include "server/scene/hexa_mesh.hpp"
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 
 namespace palpate {
@@ -23,14 +24,23 @@ Shape shape_of(std::size_t node, const Vec3& xi) {
   return shape;
 }
 
-/// Adds the nodal masses by Gauss' rule with two points per axis: exact, as the volume density is of second order along each.
+/// Those of all nodes at the points of Gauss' rule with two points per axis.
+std::array<std::array<Shape, 8>, 8> gauss_shapes() {
+  std::array<std::array<Shape, 8>, 8> shapes;
+  for (std::size_t point = 0; point < 8; ++point)
+    for (std::size_t i = 0; i < 8; ++i)
+      shapes[point][i] = shape_of(i, Vec3(sign_of(point, 0), sign_of(point, 1), sign_of(point, 2)) / std::sqrt(3.0));
+  return shapes;
+}
+
+/// Adds the nodal masses by Gauss' rule: exact with two points, as the volume density is of second order along each.
 void add_volumes(const Hexahedron& cell, std::span<const Vec3> x, double density_kg_m3, std::vector<double>& to) {
-  for (std::size_t point = 0; point < 8; ++point) {
-    const Vec3 xi = Vec3(sign_of(point, 0), sign_of(point, 1), sign_of(point, 2)) / std::sqrt(3.0);
+  static const auto shapes = gauss_shapes();
+  for (const std::array<Shape, 8>& at : shapes) {
     Mat3 jacobian = Mat3::Zero();
-    for (std::size_t i = 0; i < 8; ++i) jacobian += x[cell.nodes[i]] * shape_of(i, xi).slope.transpose();
+    for (std::size_t i = 0; i < 8; ++i) jacobian += x[cell.nodes[i]] * at[i].slope.transpose();
     const double mass_kg = density_kg_m3 * jacobian.determinant();
-    for (std::size_t i = 0; i < 8; ++i) to[cell.nodes[i]] += mass_kg * shape_of(i, xi).value;
+    for (std::size_t i = 0; i < 8; ++i) to[cell.nodes[i]] += mass_kg * at[i].value;
   }
 }
 

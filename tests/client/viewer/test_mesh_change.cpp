@@ -296,8 +296,14 @@ TEST_CASE("Recordings of a viewer and of the server show a body as it was cut, a
     std::set<std::set<std::array<double, 3>>> drawn;
   };
   std::vector<Seen> at_server, at_viewer;
-  for (int step = 0; step < 16; ++step) {
-    world.room.grow(step);
+  for (int step = 0; step <= 16; ++step) {
+    if (step < 16) {
+      world.room.grow(step);
+    } else {  // a reset
+      world.room.cut = CutBody(world.room.scene.body);
+      world.room.surface.renew(world.room.scene.body, nullptr);
+      world.room.log.take(world.room.surface.now());
+    }
     for (int k = 0; k < 8; ++k) {
       world.run(Micros{50'000});
       REQUIRE_FALSE(viewed.outlived(*world.viewers[0]));
@@ -333,4 +339,5 @@ TEST_CASE("Recordings of a viewer and of the server show a body as it was cut, a
     }
   }
   CHECK(at_viewer.back().vertices > at_viewer.front().vertices);
+  CHECK((at_server.back().drawn == drawn(world.room.facts.mesh)));
 }
