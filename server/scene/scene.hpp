@@ -13,9 +13,9 @@
 
 #include "common/base/types.hpp"
 #include "common/mechanics/solid_law.hpp"
-#include "server/scene/distance_grid.hpp"
 #include "common/patch/patch.hpp"
 #include "common/task/task.hpp"
+#include "server/scene/distance_grid.hpp"
 
 namespace palpate {
 

@@ -119,11 +119,14 @@ async function checkLive(browser, work) {
   await bodyIsDrawn(page);
   await page.screenshot({ path: join(out, "nobody.png") });
 
-  const hands = [["or 3", heldPress(work, "left", -0.05, 0, 0.1077, 0.079)], ["fellow", heldPress(work, "right", 0.055, 0.02, 0.09, 0.066)]].map(
-    ([name, motion]) =>
+  const hands = [];
+  for (const [name, motion] of [["or 3", heldPress(work, "left", -0.05, 0, 0.1077, 0.079)], ["fellow", heldPress(work, "right", 0.055, 0.02, 0.09, 0.066)]]) {
+    hands.push(
       new Program("palpate-client", "--server", `127.0.0.1:${port}`, "--device", "sim", "--hand", "firm", "--station", name, "--motion", motion,
         "--duration-s", "600"),
-  );
+    );
+    await page.waitForSelector(`[data-station="${name}"]`);
+  }
   await page.waitForSelector('[data-station="or 3"] .links');
   // Panel and label have one number, of one moment.
   await page.waitForFunction(() => {

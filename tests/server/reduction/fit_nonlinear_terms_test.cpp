@@ -217,12 +217,16 @@ TEST_CASE("A planar body has terms, and the tool's way across it changes nothing
   CHECK((across - here).norm() < 1e-3 * here.norm());
 }
 
-TEST_CASE("A lattice has springs for terms, linear ones and ones that stiffen, as many as four datagrams take") {
+TEST_CASE(
+    "A lattice has springs for terms, linear ones and ones that stiffen, more than three datagrams take and no more than there "
+    "are") {
   for (const SpringLaw law : {SpringLaw::linear, SpringLaw::stiffening}) {
     Grasp grasp(0.001, 0, law);
     const NonlinearTerms terms = grasp.build().terms;
     CHECK(terms.elements.count() > 60);
-    CHECK(to_pieces(terms, 1).size() == static_cast<std::size_t>(kUsualPieces));
+    const auto pieces = static_cast<int>(to_pieces(terms, 1).size());
+    CHECK(pieces > 3);
+    CHECK(pieces <= kUsualPieces);
   }
 }
 

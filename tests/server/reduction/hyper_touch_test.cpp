@@ -29,7 +29,7 @@ Vec3 along(double u) { return u * Vec3(0.008, 0, 0); }
 struct Touch {
   static constexpr double kPressS = 0.1, kOnS = 0.15;
   Micros horizon{200'000};
-  int order = kHyperOrder;
+  int order = 30;  ///< fewer modes than there are snapshots: both schemes have as many
 
   LumpedBody body = box_body(6, 6, 4);
   Dynamics dynamics;

@@ -96,7 +96,7 @@ TEST_CASE("A hand that jumps about inside the body is let go of, and the hand be
     without += result.stations.front().patch ? 0 : 1;
     for (const StationId id : result.released) said |= id == kFirstOfOthers;
     for (const StationId id : result.released) CHECK(id == kFirstOfOthers);
-    CHECK(result.newton_iterations < 500);  // for 5 steps of 10 ms; one hand needs 20
+    CHECK(result.newton_iterations < 600);  // for 5 steps of 10 ms; one hand needs 20, and may spend what two frames have, 400
   }
   CHECK(said);
   CHECK(without <= 1);
