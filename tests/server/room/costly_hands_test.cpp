@@ -100,7 +100,7 @@ TEST_CASE("A hand that jumps about inside the body is let go of, and the hand be
   }
   CHECK(said);
   CHECK(without <= 1);
-  CHECK(iterations < 60 * kFrames);
+  CHECK(iterations < 60 * kFrames + 200);  // what frames before it left is spent once
   // Friction keeps a trace of where the other has shaken the contact to.
   CHECK(result.stations.front().force.norm() == Approx(alone_n()).epsilon(0.1));
   CHECK(pressed_anew_n(organ) == Approx(alone_n()).epsilon(0.01));
