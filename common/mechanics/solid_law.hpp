@@ -65,7 +65,7 @@ struct LawParameters {
 struct PronyBranch {
   double share = 0, time_s = 1;
 };
-inline constexpr std::size_t kMaxPronyBranches = 4;  ///< each needs up to 50 bytes of a patch's 1200
+inline constexpr std::size_t kMaxPronyBranches = 4;  ///< each needs up to 52 bytes of a patch's 1200
 inline constexpr double kMaxFadingShare = 0.95;      ///< all branches: fast motions are up to 20 times as stiff as slow ones
 inline constexpr double kMinFadingS = 0.01;  ///< at least a body's step, once in which stress relaxes (docs/decisions/0065)
 inline constexpr double kMaxFadingS = 1e5;   ///< a day; slower is practically never

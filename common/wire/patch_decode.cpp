@@ -14,6 +14,7 @@ class Walk {
  public:
   explicit Walk(const flatbuffers::Vector<T>* vector) : vector_(vector) {}
   T next() { return vector_->Get(at_++); }
+  void skip(int count) { at_ += static_cast<flatbuffers::uoffset_t>(count); }
   int left() const { return vector_ ? static_cast<int>(vector_->size() - at_) : 0; }
 
  private:
@@ -74,10 +75,10 @@ WireFault read_attach(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
-void read_surface(Walk<std::int16_t>& shorts, int r, const wire::TouchPort& touch, Patch& patch) {
+void read_surface(Walk<std::int16_t>& shorts, int r, const wire::Patch& table, Patch& patch) {
+  const wire::TouchPort& touch = *table.touch();
   auto& surface = patch.surface;
-  std::array<double, kMaxModes> step{};
-  for (int m = 0; m < r; ++m) step[static_cast<std::size_t>(m)] = std::ldexp(1.0, shorts.next());
+  shorts.skip(r);  // row_step()
   const Vec3 origin = pack::from(touch.origin());
   const auto vertices = std::span(surface.vertices).first(static_cast<std::size_t>(surface.vertex_count));
   vertices[0].position = origin;
@@ -85,8 +86,10 @@ void read_surface(Walk<std::int16_t>& shorts, int r, const wire::TouchPort& touc
     for (int k = 0; k < 3; ++k) vertex.position[k] = origin[k] + shorts.next() * static_cast<double>(touch.step());
   for (auto& vertex : vertices) {
     vertex.rows.resize(3, r);
-    for (int m = 0; m < r; ++m)
-      for (int k = 0; k < 3; ++k) vertex.rows(k, m) = shorts.next() * step[static_cast<std::size_t>(m)];
+    for (int m = 0; m < r; ++m) {
+      const double step = row_step(*table.shorts(), r, m);
+      for (int k = 0; k < 3; ++k) vertex.rows(k, m) = shorts.next() * step;
+    }
   }
   for (int t = 0; t < surface.triangle_count; ++t)
     surface.triangles[static_cast<std::size_t>(t)] = unpack_corners(static_cast<std::uint16_t>(shorts.next()));
@@ -112,7 +115,7 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   patch.surface.vertex_count = vertices;
   patch.surface.triangle_count = triangles;
   read_modes(floats, shorts, r, patch);
-  read_surface(shorts, r, touch, patch);
+  read_surface(shorts, r, table, patch);
   read_normals(table.normals(), patch.surface);
   patch.contact_stiffness_n_m = touch.coupling();
   patch.friction = touch.friction();

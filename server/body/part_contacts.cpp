@@ -89,9 +89,14 @@ void PartContacts::add_forces(const BodyState& state, Vector& f) const {
 }
 
 Vec3 PartContacts::force_on(const BodyState& state, std::uint32_t node) const {
-  Vector f = Vector::Zero(empty() ? 0 : state.x.size());
-  add_forces(state, f);
-  return empty() ? Vec3(Vec3::Zero()) : Vec3(at_node(f, node));
+  Vec3 sum = Vec3::Zero();
+  each_force(
+      state.anchors.get(), [&](std::uint32_t i) { return Vec3(at_node(state.x, i)); },
+      [&](std::uint32_t i) { return Vec3(at_node(state.v, i)); },
+      [&](std::uint32_t i, const Vec3& force) {
+        if (i == node) sum += force;
+      });
+  return sum;
 }
 
 std::vector<PartContacts::Block> PartContacts::tangents(const BodyState& state) const {

@@ -3,14 +3,14 @@
 // Node i is at depth d = -phi(x) in a part (distance_grid.hpp), g = grad phi, n = g / |g|, P = 1 - n n^T:
 //
 //     normal        N g,   N = max(0, k d - c g . v min(1, d / d_0))
-//     friction      T = -(k P (x - a) + c P v), cut to |T| <= mu N |g|
+//     friction      T = -H cut to |T| <= mu N |g|,   H = k P (x - a) + c P v
 //     anchor a      x where contact begins; after each step a moves so that |k P (x - a)| <= mu N |g|
 //     k = ratio K_ii,   c = t k,   d_0 = kOnsetEdges times the mean edge
 //
 // K_ii is the node's own stiffness at rest, the mean of its diagonal, for slow motions; t the least damping time of the body's
 // materials; d_0 lets the damper begin without a step. So a contact is stiffer than the body beneath it, and as damped.
-// K = k g g^T + k P where it sticks, (mu N |g| / |k P (x - a)|) k (P - t t^T) where it slips along t; D = c g g^T + c P the same
-// way. The part of the tangent of a slip that is not symmetric is left out.
+// K = k g g^T + k P where it sticks, and with (mu N |g| / |H|) k (P - s s^T), s = H / |H|, instead of k P where it slips; D
+// likewise, with c min(1, d / d_0) g g^T and c. The part of the tangent of a slip that is not symmetric is left out.
 //
 // Shapes: x, v, g, n, a, T 3; all in frame W. Units: d, d_0 m; k N/m; c N s/m; t s.
 // What can go wrong: a node that is beyond the middle of a thin part is pushed out at its other side; edges and corners of a part

@@ -43,7 +43,7 @@ CLOCK_PLACES = ("bench/",)  # costs are measured there; nothing else depends on 
 TEMPORARY_BUFFERS = re.compile(r"\b(stable_sort|stable_partition|inplace_merge|get_temporary_buffer)\b")
 TEMPORARY_BUFFERS_PLACE = "common/base/sort_stably.hpp"
 
-REAL_TIME = re.compile(r"client/core/(haptic_tick|button_changes)\.|client/mapping/(mapped_device|force_fade)\.|common/player/player\.|client/guard/|common/patch/|common/base/(latest_slot|spsc_ring)\.")
+REAL_TIME = re.compile(r"client/core/(haptic_tick|button_changes)\.|client/mapping/(mapped_device|force_fade)\.|common/player/(player|part_walls)\.|client/guard/|common/patch/|common/base/(latest_slot|spsc_ring)\.")
 REAL_TIME_BANS = [
     (re.compile(r"\bnew\s+[A-Za-z_:(]|\b(malloc|calloc|realloc)\s*\(|\bmake_(unique|shared)\b"), "allocates"),
     (re.compile(r"\bstd::function\b"), "std::function may allocate"),

@@ -7,6 +7,7 @@
 #include "server/core/mesh_pieces.hpp"
 #include "small_world.hpp"
 #include "tests/client/core/ticking_hand.hpp"
+#include "tests/support/box_mesh.hpp"
 
 using namespace palpate;
 using test::Hand;
@@ -81,10 +82,7 @@ TEST_CASE("A part whose triangles name vertices that it lacks is left out, and p
 }
 
 TEST_CASE("A tool is pushed by a part without any patch, with half the device's stiffness, and let go over 50 ticks") {
-  TriangleMesh mesh;
-  for (int n = 0; n < 8; ++n) mesh.vertices.emplace_back(n & 1 ? 0.1 : -0.1, n & 2 ? 0.1 : -0.1, n & 4 ? 0.0 : -0.05);
-  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  const TriangleMesh mesh = test::box_mesh(Vec3(-0.1, -0.1, -0.05), Vec3(0.1, 0.1, 0));
   const double friction = 0;
   const PartWalls walls(std::span(&mesh, 1), std::span(&friction, 1), {}, 1000);
   Hand hand;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/device/sim_phantom.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/patches.hpp"
 #include "tests/support/realtime_guard.hpp"
 
@@ -145,6 +146,25 @@ TEST_CASE("No patch and a full sample ring are no force and a count, without all
   check_clean(guard.end());
   CHECK(force_max_n == 0);
   CHECK(haptic.counts().samples_dropped == kTicks - palpate::kSampleRing);
+}
+
+TEST_CASE("A tool slides over a rigid part without allocation, lock or exception", "[realtime]") {
+  const palpate::TriangleMesh box = palpate::test::box_mesh(Vec3(-0.1, -0.1, -0.05), Vec3(0.1, 0.1, 0));
+  const double friction = 0.3;
+  const palpate::PartWalls walls(std::span(&box, 1), std::span(&friction, 1), {}, 800);
+  const auto slot = std::make_unique<palpate::LatestSlot<PatchPlayer>>();
+  const auto samples = std::make_unique<palpate::SampleRing>();
+  palpate::HapticTick haptic(*slot, *samples, {8.5, 500, palpate::PassivityMode::on});
+  double force_max_n = 0;
+  palpate::test::RealtimeGuard guard;
+  haptic.meet(&walls, Micros::max());
+  for (int tick = 0; tick < kTicks; ++tick) {
+    const double s = tick * 0.005;
+    force_max_n = std::max(
+        force_max_n, haptic.tick({kEpoch + tick * kTick, Vec3(0.02 * std::sin(s), 0, 0.004 * std::cos(2 * s))}).force.norm());
+  }
+  check_clean(guard.end());
+  CHECK(force_max_n > 0.5);
 }
 
 TEST_CASE("A tool that a partner guides is felt without allocation, lock or exception, also where the partner falls silent",

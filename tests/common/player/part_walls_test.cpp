@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include "tests/support/box_mesh.hpp"
+
 using namespace palpate;
 
 namespace {
@@ -12,10 +14,7 @@ constexpr double kStiffnessNM = 800, kMu = 0.4;
 
 /// A box of 0.2 x 0.2 x 0.05 m, its top at z = 0.
 PartWalls box(const ToolShape& tool = {}) {
-  TriangleMesh mesh;
-  for (int n = 0; n < 8; ++n) mesh.vertices.emplace_back(n & 1 ? 0.1 : -0.1, n & 2 ? 0.1 : -0.1, n & 4 ? 0.0 : -0.05);
-  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  const TriangleMesh mesh = test::box_mesh(Vec3(-0.1, -0.1, -0.05), Vec3(0.1, 0.1, 0));
   const double friction = kMu;
   return PartWalls(std::span(&mesh, 1), std::span(&friction, 1), tool, kStiffnessNM);
 }

@@ -21,30 +21,33 @@ Scene scene_named(const char* name) { return load_scene(std::string(PALPATE_SOUR
 
 constexpr Micros kFrame = 50ms;
 
-/// A room with a tool at rest, frame by frame, and its recorder; no network.
-struct Pressed {
+/// A room with one tool, frame by frame, and the tools that wait in it; no network.
+struct OneTool {
   Scene scene;
   Room room{scene};
   ReservedTools absent;
-  Micros at = 10s;
+  Micros at;
   FrameResult last;
+  std::vector<StationReport> here;
+  Scheme scheme = Scheme::hold;
+  Orientation turn = {};
+  bool shapes = false;
 
-  explicit Pressed(Micros begin = 10s, Scene of = scene_named("touch-cube.json")) : scene(std::move(of)), at(begin) {
-    room.start(begin);
-  }
+  OneTool(Micros begin, Scene of) : scene(std::move(of)), at(begin) { room.start(begin); }
   /// `tool` is that of station 7; without it the station is absent.
   const FrameResult& frame(const std::optional<Vec3>& tool, bool reset = false) {
     FrameJob job;
     job.begin = at;
     job.target = at + kFrame;
     job.state = true;
+    job.shapes = shapes;
     job.reset = reset;
     if (tool) {
       StationJob station;
       station.id = 7;
-      station.scheme = Scheme::port;
+      station.scheme = scheme;
       station.horizon = 100ms;
-      station.samples = {{at, *tool}, {at + kFrame, *tool}};
+      station.samples = {{at, *tool, turn}, {at + kFrame, *tool, turn}};
       job.stations.push_back(station);
     }
     absent.add_to(job, here);
@@ -53,7 +56,13 @@ struct Pressed {
     at += kFrame;
     return last;
   }
-  std::vector<StationReport> here;
+};
+
+/// The tool rests on the body.
+struct Pressed : OneTool {
+  explicit Pressed(Micros begin = 10s, Scene of = scene_named("touch-cube.json")) : OneTool(begin, std::move(of)) {
+    scheme = Scheme::port;
+  }
 };
 
 StationReport report(StationId id, const std::string& name) {
@@ -245,37 +254,13 @@ Scene blade_scene() {
                     "block.json");
 }
 
-/// A hand with a blade, recorded by the recorder of a server.
-struct Cutting {
-  Scene scene = blade_scene();
-  Room room{scene};
-  ReservedTools absent;
-  Micros at;
-  FrameResult last;
-
-  explicit Cutting(Micros begin) : at(begin) { room.start(begin); }
-  static Vec3 deep(double depth_m) { return {0.0312, 0.029, 0.04 - depth_m}; }
-  /// The edge along y.
-  static Rotation turn() { return Rotation(Eigen::AngleAxisd(1.5707963267948966, Vec3::UnitZ())); }
-  const FrameResult& frame(const std::optional<Vec3>& tool, std::vector<StationReport> here = {}, bool reset = false) {
-    FrameJob job;
-    job.begin = at;
-    job.target = at + kFrame;
-    job.state = job.shapes = true;
-    job.reset = reset;
-    if (tool) {
-      StationJob station;
-      station.id = 7;
-      station.horizon = 100ms;
-      station.samples = {{at, *tool, turn()}, {at + kFrame, *tool, turn()}};
-      job.stations.push_back(station);
-    }
-    absent.add_to(job, here);
-    last = room.run(job);
-    absent.take_out(last);
-    at += kFrame;
-    return last;
+/// A hand with a blade, its edge along y.
+struct Cutting : OneTool {
+  explicit Cutting(Micros begin) : OneTool(begin, blade_scene()) {
+    turn = Rotation(Eigen::AngleAxisd(1.5707963267948966, Vec3::UnitZ()));
+    shapes = true;
   }
+  static Vec3 deep(double depth_m) { return {0.0312, 0.029, 0.04 - depth_m}; }
   void stab(double deepest_m) {
     for (double depth_m = -0.001; depth_m < deepest_m; depth_m += 0.0005) frame(deep(depth_m));
   }
@@ -321,7 +306,8 @@ TEST_CASE("a body that a blade has cut is taken up again with its cuts, and the 
   CHECK(after.last.surface->triangles.size() == before.last.surface->triangles.size());
   const Vec3 tool = Cutting::deep(0.0235);
   for (int k = 0; k < 20; ++k) before.frame(tool);
-  for (int k = 0; k < 20; ++k) after.frame(tool, {report(7, "hand")});
+  after.here = {report(7, "hand")};
+  for (int k = 0; k < 20; ++k) after.frame(tool);
   REQUIRE(after.last.stations.size() == 1);
   const StationFrame &now = after.last.stations.front(), &went_on = before.last.stations.front();
   REQUIRE(now.needle);
@@ -333,13 +319,13 @@ TEST_CASE("a body that a blade has cut is taken up again with its cuts, and the 
   // It cuts on from there: as deep as if nothing had been.
   for (double depth_m = 0.0235; depth_m < 0.030; depth_m += 0.0005) {
     before.frame(Cutting::deep(depth_m));
-    after.frame(Cutting::deep(depth_m), {report(7, "hand")});
+    after.frame(Cutting::deep(depth_m));
   }
   CHECK(after.last.stations.front().needle->tip.front_m > front_m + 0.003);
   CHECK(after.last.state->x.size() == before.last.state->x.size());
   CHECK(after.last.stations.front().needle->tip.front_m == Approx(before.last.stations.front().needle->tip.front_m).margin(3e-4));
 
-  after.frame(std::nullopt, {}, true);
+  after.frame(std::nullopt, true);
   CHECK_FALSE(after.last.cuts);
   CHECK(after.last.state->x.size() == 3 * std::ssize(after.scene.body.nodes));
 }

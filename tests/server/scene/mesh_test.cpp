@@ -7,6 +7,7 @@
 #include "server/scene/clip.hpp"
 #include "server/scene/mesh_solid.hpp"
 #include "server/scene/surface.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace palpate {
 namespace {
@@ -96,20 +97,9 @@ TEST_CASE("Shells that overlap or lie in each other are one solid, whichever way
   constexpr double kSide = 0.1;
   const auto cube_at = [](double side, const Vec3& low, TriangleMesh& to, bool inwards) {
     const auto n = static_cast<std::uint32_t>(to.vertices.size());
-    for (unsigned i = 0; i < 8; ++i)
-      to.vertices.push_back(low + side * Vec3(double(i & 1U), double(i >> 1 & 1U), double(i >> 2)));
-    for (Triangle t : {Triangle{0, 2, 3},
-                       {0, 3, 1},
-                       {4, 5, 7},
-                       {4, 7, 6},
-                       {0, 1, 5},
-                       {0, 5, 4},
-                       {2, 6, 7},
-                       {2, 7, 3},
-                       {0, 4, 6},
-                       {0, 6, 2},
-                       {1, 3, 7},
-                       {1, 7, 5}}) {
+    const TriangleMesh cube = test::box_mesh(low, low + Vec3::Constant(side));
+    to.vertices.insert(to.vertices.end(), cube.vertices.begin(), cube.vertices.end());
+    for (Triangle t : cube.triangles) {
       if (inwards) std::swap(t[1], t[2]);
       to.triangles.push_back({n + t[0], n + t[1], n + t[2]});
     }
