@@ -52,6 +52,12 @@ Vec3 TriangleTree::nearest(const Vec3& p) const {
   return best.point;
 }
 
+Vec3 TriangleTree::nearest(const Vec3& p, const Vec3& candidate) const {
+  Hit best{candidate, (candidate - p).squaredNorm()};
+  visit(0, p, best);
+  return best.point;
+}
+
 double TriangleTree::winding_number(const Vec3& p) const { return solid_angle(0, p) / (4 * std::numbers::pi); }
 
 std::array<Vec3, 3> TriangleTree::corners(std::uint32_t t) const {

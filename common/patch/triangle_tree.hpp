@@ -27,6 +27,8 @@ class TriangleTree {
   explicit TriangleTree(TriangleMesh mesh);
 
   Vec3 nearest(const Vec3& p) const;
+  /// The same, faster where `candidate`, a point of the surface, is close to it.
+  Vec3 nearest(const Vec3& p, const Vec3& candidate) const;
   double winding_number(const Vec3& p) const;
   const TriangleMesh& mesh() const { return mesh_; }
   const Eigen::AlignedBox3d& bounds() const { return boxes_[0].box; }

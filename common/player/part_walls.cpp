@@ -1,6 +1,7 @@
 #include "common/player/part_walls.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 
@@ -24,23 +25,31 @@ Wrench PartWalls::push(const ToolPose& tool, double most_n_m, WallTouches& touch
   return sum;
 }
 
+/// Returns false if the sphere cannot touch the wall; renews c, q and s otherwise.
+bool PartWalls::locate(const Wall& wall, const Vec3& centre, double radius_m, WallTouches::Touch& touch) const noexcept {
+  if (wall.tree.bounds().squaredExteriorDistance(centre) > radius_m * radius_m) return false;
+  const double known_m = std::abs(touch.distance_m), moved_m = (centre - touch.centre).norm();
+  if (moved_m < touch.distance_m - radius_m) return false;
+  const Vec3 nearest = known_m > 0 ? wall.tree.nearest(centre, touch.nearest) : wall.tree.nearest(centre);
+  const bool inside = moved_m < known_m ? touch.distance_m < 0 : wall.tree.winding_number(centre) > 0.5;
+  const double distance_m = (centre - nearest).norm();
+  touch.centre = centre;
+  touch.nearest = nearest;
+  touch.distance_m = inside ? -distance_m : distance_m;
+  return true;
+}
+
 Vec3 PartWalls::push(const Wall& wall, const Vec3& centre, double radius_m, double stiffness_n_m,
                      WallTouches::Touch& touch) const noexcept {
   constexpr double kNoDirectionM = 1e-9;  // on the surface: no contact this tick
-  double depth_m = -1;
-  Vec3 normal = Vec3::Zero();
-  if (wall.tree.bounds().squaredExteriorDistance(centre) <= radius_m * radius_m) {
-    const Vec3 away = centre - wall.tree.nearest(centre);
-    const double distance_m = away.norm();
-    const bool inside = wall.tree.winding_number(centre) > 0.5;
-    depth_m = radius_m + (inside ? distance_m : -distance_m);
-    if (distance_m > kNoDirectionM) normal = (inside ? -1 : 1) / distance_m * away;
-  }
-  if (!(depth_m > 0)) {
-    touch = {true, false, {}};
+  if (!locate(wall, centre, radius_m, touch) || !(touch.distance_m < radius_m)) {
+    touch.was_outside = true;
+    touch.touching = false;
     return Vec3::Zero();
   }
-  if (!touch.was_outside || normal.isZero(0)) return Vec3::Zero();
+  const double depth_m = radius_m - touch.distance_m;
+  if (!touch.was_outside || std::abs(touch.distance_m) < kNoDirectionM) return Vec3::Zero();
+  const Vec3 normal = (centre - touch.nearest) / touch.distance_m;
   const Vec3 lowest = centre - radius_m * normal;
   if (!touch.touching) touch.anchor = lowest;
   touch.touching = true;

@@ -9,6 +9,9 @@
 // a is the anchor: p where contact begins, then moved so that |k P (p - a)| <= mu k d. Contact begins only where the sphere has
 // been outside, so a tool that is in a part when it appears is not thrown out. Force and torque are the sums.
 //
+// The sign of s holds until c has moved by |s|, and c is outside and farther than r until it has moved by s - r; so the winding
+// number and the nearest point are computed where they may have changed, and the search for q begins at that of the tick before.
+//
 // Units: c, q, r, s, d, p, a m; k N/m; F, T N; frame W. Does not allocate, lock or throw after construction.
 // What can go wrong: a sphere deeper than the middle of a part leaves it on the other side; k is for one contact, and several
 // add up.
@@ -31,6 +34,8 @@ struct WallTouches {
   struct Touch {
     bool was_outside = false, touching = false;
     Vec3 anchor = Vec3::Zero();
+    Vec3 centre = Vec3::Zero(), nearest = Vec3::Zero();  ///< c and q where q was computed last
+    double distance_m = 0;                               ///< s there; 0 where it is unknown
   };
   std::array<std::array<Touch, kMaxToolSpheres>, kMostWalls> of;  ///< by part, then by sphere
 };
@@ -48,6 +53,7 @@ class PartWalls {
     TriangleTree tree;
     double friction = 0;
   };
+  bool locate(const Wall& wall, const Vec3& centre, double radius_m, WallTouches::Touch& touch) const noexcept;
   Vec3 push(const Wall& wall, const Vec3& centre, double radius_m, double stiffness_n_m,
             WallTouches::Touch& touch) const noexcept;
 

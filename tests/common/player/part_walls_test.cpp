@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include "common/base/random.hpp"
 #include "tests/support/box_mesh.hpp"
 
 using namespace palpate;
@@ -79,5 +80,35 @@ TEST_CASE("No path that ends where it began takes work out of a wall, and the fo
     }
     CHECK(taken_j > -1e-6);
     CHECK(work_j > 1e-4);  // friction
+  }
+}
+
+TEST_CASE("What a tool keeps from tick to tick changes no force") {
+  TriangleMesh mesh = test::box_mesh(Vec3(-0.03, -0.02, -0.02), Vec3(0.02, 0.02, 0));
+  const TriangleMesh other = test::box_mesh(Vec3(0, -0.01, -0.01), Vec3(0.03, 0.015, 0.01));  // which overlaps
+  for (const Triangle& t : other.triangles) mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  const TriangleTree tree(mesh);
+  const double friction = 0;
+  for (const double radius_m : {0.0, 0.001, 0.006}) {
+    const PartWalls walls(std::span(&mesh, 1), std::span(&friction, 1), {{.centre = Vec3::Zero(), .radius_m = radius_m}},
+                          kStiffnessNM);
+    WallTouches touches;
+    Random random(7);
+    Vec3 at(0, 0, 0.05);
+    int pushed = 0, inside = 0;
+    for (int k = 0; k < 20000; ++k) {
+      const double step_m = k % 500 == 499 ? 0.03 : 0.0006;
+      for (Eigen::Index i = 0; i < 3; ++i) at[i] = std::clamp(at[i] + step_m * (2 * random.uniform() - 1), -0.045, 0.045);
+      const bool within = tree.winding_number(at) > 0.5;
+      const Vec3 away = (within ? -1 : 1) * (at - tree.nearest(at));
+      const double depth_m = radius_m + (within ? 1 : -1) * away.norm();
+      const Vec3 expected = depth_m > 0 ? Vec3(kStiffnessNM * depth_m * away.normalized()) : Vec3::Zero();
+      CHECK((walls.push(at, 1e9, touches).force - expected).norm() < 1e-9);
+      pushed += depth_m > 0;
+      inside += within;
+    }
+    CHECK(pushed > 1000);
+    CHECK(inside > 1000);
   }
 }
