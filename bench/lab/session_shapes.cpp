@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <iterator>
 #include <map>
 
 #include "bench/output/output.hpp"
@@ -109,10 +108,37 @@ void write_vtp(const std::filesystem::path& file, const BodyMesh& mesh, const Ed
   write_text(file, vtp + "</Piece>\n</PolyData>\n</VTKFile>\n");
 }
 
+namespace {
+
+using Write = decltype(write_ply)*;
+
+/// Writes the rigid parts, and returns the names of their files.
+std::vector<std::string> export_parts(const std::vector<PartMesh>& parts, const std::filesystem::path& out, Write write,
+                                      const char* extension) {
+  std::vector<std::string> names;
+  if (!parts.empty()) make_output_folder((out / "parts").string());
+  for (const PartMesh& part : parts) {
+    std::vector<Vec3> positions;
+    for (const MeshVertex& vertex : part.mesh.vertices) positions.push_back(vertex.rest);
+    names.push_back(fmt::format("parts/part_{:02}.{}", names.size() + 1, extension));
+    write(out / names.back(), part.mesh, {}, positions);
+  }
+  return names;
+}
+
+std::string data_set(double t_s, std::size_t part, const std::string& file) {
+  return fmt::format("<DataSet timestep=\"{:.6f}\" part=\"{}\" file=\"{}\"/>\n", t_s, part, file);
+}
+
+}  // namespace
+
 std::size_t export_shapes(RecordingReader& recording, const std::filesystem::path& out, ShapeFormat format, double frames_hz) {
   const RecordingHead& head = recording.head();
   const Edges edges = edges_of(head);
   const bool vtk = format == ShapeFormat::vtk;
+  const Write write = vtk ? write_vtp : write_ply;
+  const char* const extension = vtk ? "vtp" : "ply";
+  std::vector<std::string> parts;
   std::string series = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
   const Micros stands_for = std::max(kStandsForLeast, head.shapes_hz > 0 ? from_seconds(2 / head.shapes_hz) : Micros{});
   std::size_t count = 0;
@@ -129,11 +155,14 @@ std::size_t export_shapes(RecordingReader& recording, const std::filesystem::pat
     }
     const BodyMesh* const mesh = recording.mesh_of(*shape);
     if (!mesh) continue;
-    if (count == 0) make_output_folder((out / "shapes").string());
-    const std::string name = fmt::format("shapes/shape_{:05}.{}", count++, vtk ? "vtp" : "ply");
-    (vtk ? write_vtp : write_ply)(out / name, *mesh, edges, shape->positions);
-    fmt::format_to(std::back_inserter(series), "<DataSet timestep=\"{:.6f}\" part=\"0\" file=\"{}\"/>\n",
-                   seconds(t - recording.begin()), name);
+    if (count == 0) {
+      make_output_folder((out / "shapes").string());
+      parts = export_parts(head.parts, out, write, extension);
+    }
+    const std::string name = fmt::format("shapes/shape_{:05}.{}", count++, extension);
+    write(out / name, *mesh, edges, shape->positions);
+    series += data_set(seconds(t - recording.begin()), 0, name);
+    for (std::size_t k = 0; k < parts.size(); ++k) series += data_set(seconds(t - recording.begin()), k + 1, parts[k]);
   }
   if (vtk && count > 0) write_text(out / "shapes.pvd", series + "</Collection>\n</VTKFile>\n");
   return count;

@@ -19,7 +19,7 @@ void write_ply(const std::filesystem::path& file, const BodyMesh& mesh, const Ed
 void write_vtp(const std::filesystem::path& file, const BodyMesh& mesh, const Edges& edges, const std::vector<Vec3>& positions);
 
 /// Writes OUT/shapes/shape_00000.EXT and so on, and OUT/shapes.pvd for VTK: one shape every 1 / `frames_hz`, from the first on.
-/// Returns their number.
+/// Returns their number. The scene's rigid parts are OUT/parts/part_01.EXT and so on.
 std::size_t export_shapes(RecordingReader& recording, const std::filesystem::path& out, ShapeFormat format, double frames_hz);
 
 }  // namespace palpate

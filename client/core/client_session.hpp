@@ -53,6 +53,10 @@ class ClientSession {
   const std::string& refusal() const { return refusal_.message; }
   /// Rigid parts of the scene, once all have arrived.
   const std::vector<PartMesh>& parts() const { return parts_.parts(); }
+  /// True once it is known which parts the scene has.
+  bool has_parts() const { return parts_.complete(); }
+  /// Changes with parts().
+  std::uint64_t parts_version() const { return parts_.version(); }
   RefuseReason refuse_reason() const { return refusal_.reason; }
   const ClockSync& clock() const { return clock_; }
   /// Time of the newest datagram of the session; the start of the client before the first.

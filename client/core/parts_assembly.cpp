@@ -21,6 +21,7 @@ void PartsAssembly::expect(std::uint8_t parts, std::uint64_t scene_hash) {
   scene_hash_ = scene_hash;
   gathered_.assign(parts, {});
   parts_.clear();
+  ++version_;
   complete_ = parts == 0;
 }
 
@@ -56,6 +57,7 @@ std::optional<std::uint32_t> PartsAssembly::due(Micros now) {
 
 void PartsAssembly::finish() {
   complete_ = true;
+  ++version_;
   asking_.clear();
   for (Gathered& gathered : gathered_) {
     const PartPiece& first = gathered.pieces.begin()->second;

@@ -28,6 +28,9 @@ class PartsAssembly {
   Micros deadline() const { return complete_ ? Micros::max() : asking_.empty() ? next_ : Micros{}; }
   /// Empty until all have arrived.
   const std::vector<PartMesh>& parts() const { return parts_; }
+  bool complete() const { return complete_; }
+  /// Changes with parts().
+  std::uint64_t version() const { return version_; }
 
  private:
   struct Gathered {
@@ -37,7 +40,7 @@ class PartsAssembly {
   };
   void finish();
 
-  std::uint64_t scene_hash_ = 0;
+  std::uint64_t scene_hash_ = 0, version_ = 0;
   std::vector<Gathered> gathered_;
   std::vector<PartMesh> parts_;
   bool complete_ = true;

@@ -35,6 +35,7 @@ RecordingHead head_of(const ViewCore& core, const std::string& program, Micros u
   head.surface = surface_of(core);
   if (const Task* task = core.task().task()) head.task = *task;
   head.tool = core.room().tool;
+  head.parts = core.parts();
   return head;
 }
 

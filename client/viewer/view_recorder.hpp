@@ -17,7 +17,7 @@ namespace palpate {
 
 class ViewRecorder {
  public:
-  /// `core` is ready(); `unix_time`: the current time of the wall clock.
+  /// `core` is ready() and has all parts; `unix_time`: the current time of the wall clock.
   ViewRecorder(const ViewCore& core, const std::string& program, Micros unix_time);
 
   /// Records everything since the last call. Call at least every few frames: a playback keeps sixteen.

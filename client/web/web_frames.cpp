@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint8_t kMeshKind = 1, kShapeKind = 2;
+constexpr std::uint8_t kMeshKind = 1, kShapeKind = 2, kPartsKind = 3;
 constexpr int kPaletteColors = 64;
 
 template <class Value>
@@ -28,15 +28,24 @@ void append_vector(std::string& out, const Vector& v) {
   for (Eigen::Index k = 0; k < v.size(); ++k) append(out, static_cast<float>(v[k]));
 }
 
+void append_name(std::string& out, const std::string& name) {
+  const std::size_t length = std::min<std::size_t>(name.size(), UINT8_MAX);
+  append(out, static_cast<std::uint8_t>(length));
+  out.append(name, 0, length);
+}
+
+void append_triangles(std::string& out, const std::vector<Triangle>& triangles) {
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t v : t) append(out, v);
+}
+
 void append_tool(std::string& out, const ToolView& tool) {
-  const std::size_t length = std::min<std::size_t>(tool.station.size(), UINT8_MAX);
   append(out, static_cast<std::uint8_t>((tool.contact ? 1 : 0) | (tool.orientation ? 2 : 0)));
   append(out, tool.buttons);
   append_vector(out, tool.position);
   append_vector(out, tool.force);
   if (tool.orientation) append_vector(out, tool.orientation->coeffs());
-  append(out, static_cast<std::uint8_t>(length));
-  out.append(tool.station, 0, length);
+  append_name(out, tool.station);
 }
 
 json rounded(double value, int digits) {
@@ -125,8 +134,22 @@ std::string mesh_frame(const BodyMesh& mesh, std::span<const Vec3f> rest, std::u
   for (const Vec3f& p : rest) append_vector(out, p);
   for (std::size_t v = 0; v < rest.size(); ++v)
     append(out, v < mesh.vertices.size() ? mark_of(mesh.vertices[v]) : std::uint8_t{0});
-  for (const Triangle& t : mesh.triangles)
-    for (const std::uint32_t v : t) append(out, v);
+  append_triangles(out, mesh.triangles);
+  return out;
+}
+
+std::string parts_frame(std::span<const PartMesh> parts) {
+  std::string out;
+  append(out, kPartsKind);
+  append(out, static_cast<std::uint8_t>(parts.size()));
+  for (const PartMesh& part : parts) {
+    append_name(out, part.name);
+    append(out, part.colour);
+    append(out, static_cast<std::uint32_t>(part.mesh.vertices.size()));
+    append(out, static_cast<std::uint32_t>(part.mesh.triangles.size()));
+    for (const MeshVertex& vertex : part.mesh.vertices) append_vector(out, vertex.rest);
+    append_triangles(out, part.mesh.triangles);
+  }
   return out;
 }
 

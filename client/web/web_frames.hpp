@@ -22,6 +22,9 @@ float shape_unit_m(std::span<const Triangle> triangles, std::span<const Eigen::V
 /// Returns the topology and the positions at rest [m, single precision].
 std::string mesh_frame(const BodyMesh& mesh, std::span<const Eigen::Vector3f> rest, std::uint32_t version, float unit_m);
 
+/// Returns the rigid parts of the scene.
+std::string parts_frame(std::span<const PartMesh> parts);
+
 /// Returns shape and tools of a moment. `rest`: those of the mesh_frame() of this version. `unit_m` > 0.
 std::string shape_frame(const ViewMoment& moment, std::span<const Eigen::Vector3f> rest, std::uint32_t version, float unit_m);
 

@@ -147,6 +147,19 @@ bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& s
   return sense.ok();
 }
 
+void decode(const record::RigidPart& table, PartMesh& part, PartSense& sense) {
+  part.name = sense.text(table.name());
+  sense.text(part.name, 1, kMaxNameBytes);
+  part.colour = table.colour();
+  part.friction = table.friction();
+  sense.that(part.colour <= 0xffffff);
+  sense.number(part.friction, 0, kMaxPartFriction);
+  each(table.vertices(), sense, [&](const wire::Point& vertex) { part.mesh.vertices.push_back({position_of(vertex, sense)}); });
+  part.mesh.triangles = triangles_of(table.triangles(), sense);
+  for (const Triangle& triangle : part.mesh.triangles)
+    for (const std::uint32_t corner : triangle) sense.that(corner < part.mesh.vertices.size());
+}
+
 RecordedEvent event_of(const record::Event& table, Micros base, PartSense& sense) {
   RecordedEvent event;
   event.t = base + Micros{table.at()};
@@ -390,6 +403,10 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
     sense.that(spheres <= kMaxToolSpheres && (!table->jaws() || table->jaws()->size() == spheres));
     for (flatbuffers::uoffset_t j = 0; j < spheres && sense.ok(); ++j)
       head.tool.push_back(sense.sphere(*table->tool()->Get(j), table->jaws() ? table->jaws()->Get(j) : nullptr));
+  }
+  if (table->parts()) {
+    sense.that(table->parts()->size() <= kMaxParts);
+    each(table->parts(), sense, [&](const record::RigidPart& one) { decode(one, head.parts.emplace_back(), sense); });
   }
   return sense.ok() ? std::optional(std::move(head)) : std::nullopt;
 }

@@ -45,6 +45,7 @@ struct RecordingHead {
   RecordedSurface surface;            ///< only in a room's recording
   std::optional<Task> task = {};      ///< of a room, the training task that its scene states
   ToolShape tool = {};                ///< of a room, the body of its tools; empty: points
+  std::vector<PartMesh> parts = {};   ///< of a room, the rigid parts of its scene
 };
 
 /// The samples of a tool that were passed to a frame, at their original resolution, each once.

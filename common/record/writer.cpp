@@ -57,6 +57,17 @@ std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
   return table;
 }
 
+std::unique_ptr<record::RigidPartT> table_of(const PartMesh& part) {
+  auto table = std::make_unique<record::RigidPartT>();
+  table->name = made_plain(part.name);
+  table->colour = part.colour;
+  table->friction = static_cast<float>(part.friction);
+  for (const MeshVertex& vertex : part.mesh.vertices) table->vertices.push_back(point_of(vertex.rest));
+  for (const Triangle& triangle : part.mesh.triangles)
+    table->triangles.insert(table->triangles.end(), triangle.begin(), triangle.end());
+  return table;
+}
+
 std::unique_ptr<wire::TaskT> table_of(const Task& task) {
   flatbuffers::FlatBufferBuilder builder;
   pack::Packer packer;
@@ -83,6 +94,7 @@ record::HeadT table_of(const RecordingHead& head) {
   for (const ToolSphere& sphere : head.tool) table.tool.push_back(packer.sphere(sphere));
   if (has_jaws(head.tool))
     for (const ToolSphere& sphere : head.tool) table.jaws.push_back(packer.jaw(sphere));
+  for (const PartMesh& part : head.parts) table.parts.push_back(table_of(part));
   return table;
 }
 

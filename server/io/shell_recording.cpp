@@ -8,6 +8,7 @@
 #include "common/base/error.hpp"
 #include "common/io/mapped_file.hpp"
 #include "common/io/monotonic.hpp"
+#include "server/core/room_info.hpp"
 #include "server/io/udp_server.hpp"
 #include "server/record/resume.hpp"
 #include "server/scene/tools.hpp"
@@ -29,6 +30,7 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.surface = recorded_surface(named.scene);
   head.task = named.scene.task;
   head.tool = drawn_shape(named.scene.tool);
+  head.parts = facts_of(named.scene, Vec3::Zero()).parts;
   return head;
 }
 

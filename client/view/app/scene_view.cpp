@@ -69,7 +69,7 @@ Sight SceneView::sight() const {
           .pins = pins_,
           .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),
           .parts = source_.parts(),
-          .parts_version = (source_.mesh_version() << 8) + source_.parts().size(),
+          .parts_version = source_.parts_version(),
           .color = moment_.shape.channel,
           .closed = closed_,
           .color_max = scales_.color_max(moment_.shape.channel),

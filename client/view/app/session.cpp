@@ -51,7 +51,7 @@ void ViewSession::toggle_recording() {
 
 void ViewSession::pump_recording() {
   if (!recording_) {
-    if (record_asked_.empty() || !core().ready()) return;
+    if (record_asked_.empty() || !core().ready() || !core().has_parts()) return;
     const std::string file = std::exchange(record_asked_, {});
     try {
       recording_ = std::make_unique<ViewerRecording>(core(), file);

@@ -31,6 +31,7 @@ class ViewSession : public ViewSource {
   const std::vector<Vec3f>& rest() const override { return core().rest(); }
   std::uint64_t mesh_version() const override { return core().mesh_version(); }
   std::span<const PartMesh> parts() const override { return core().parts(); }
+  std::uint64_t parts_version() const override { return core().parts_version(); }
   /// Shows no tools while the server is silent: their positions and forces are unknown then.
   bool show(Micros now, ViewMoment& moment) override;
   void show_channel(ShapeChannel channel) override { core().show_channel(channel); }

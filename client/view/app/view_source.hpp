@@ -20,8 +20,10 @@ class ViewSource {
   virtual const std::vector<Vec3f>& rest() const = 0;
   /// Version of the mesh, another one for each topology.
   virtual std::uint64_t mesh_version() const = 0;
-  /// Rigid parts of the scene; empty until they have arrived, and where the source has none.
-  virtual std::span<const PartMesh> parts() const { return {}; }
+  /// Rigid parts of the scene; empty until they have arrived.
+  virtual std::span<const PartMesh> parts() const = 0;
+  /// Version of the parts, 0 before there are any.
+  virtual std::uint64_t parts_version() const = 0;
   /// Returns the moment to show at `now` in `moment`; false while there is none.
   virtual bool show(Micros now, ViewMoment& moment) = 0;
   /// Selects the quantity that colours show.

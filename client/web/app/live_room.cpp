@@ -116,6 +116,7 @@ void LiveRoom::greet(WebServer& web, Micros now) {
   for (const BrowserId id : fresh_) {
     web.send(id, Slot::hello, hello);
     if (mesh_.bytes) web.send(id, Slot::mesh, mesh_);
+    if (parts_.bytes) web.send(id, Slot::parts, parts_);
     web.send(id, Slot::history, history);
   }
   next_room_ = now;
@@ -134,6 +135,10 @@ void LiveRoom::show_shape(WebServer& web, Micros now) {
     for (const ToolView& tool : moment.tools) forces_.add(shown_, tool.station, static_cast<float>(tool.force.norm()));
     forces_.forget(shown_);
     shape = binary_packet(shape_frame(moment, core_.rest(), static_cast<std::uint32_t>(mesh_version_), unit_m_));
+  }
+  if (std::exchange(parts_version_, core_.parts_version()) != core_.parts_version()) {
+    parts_ = binary_packet(parts_frame(core_.parts()));
+    for (const BrowserId id : browsers_) web.send(id, Slot::parts, parts_);
   }
   greet(web, now);
   if (shape.bytes)

@@ -56,7 +56,8 @@ class LiveRoom {
   Micros shown_{}, next_shape_{}, next_room_{};
   std::uint64_t mesh_version_ = 0;
   float unit_m_ = 0;
-  Packet mesh_;
+  Packet mesh_, parts_;
+  std::uint64_t parts_version_ = 0;
   std::string printed_;  ///< newest refusal, or reason of silence, as it was printed
 };
 

@@ -80,6 +80,7 @@ void ReplayPage::greet(WebServer& web, BrowserId id) {
                                       .hands = scene_.hands(),
                                       .force_max_n = scene_.force_max_n(),
                                       .displacement_max_m = scene_.displacement_max_m()})));
+  if (!scene_.parts().empty()) web.send(id, Slot::parts, binary_packet(parts_frame(scene_.parts())));
   web.send(id, Slot::notes, notes_);
   web.send(id, Slot::summary, summary_);
 }

@@ -23,8 +23,8 @@ namespace palpate {
 using BrowserId = std::uint64_t;
 
 /// Messages to a browser, most urgent first. Each slot holds the newest of its kind.
-enum class Slot : std::uint8_t { hello, mesh, history, room, notes, summary, shape };
-inline constexpr std::size_t kSlots = 7;
+enum class Slot : std::uint8_t { hello, mesh, parts, history, room, notes, summary, shape };
+inline constexpr std::size_t kSlots = 8;
 
 /// A message, shared by all browsers that get it.
 struct Packet {

@@ -1,7 +1,7 @@
 // The page: what palpate-web sends, drawn and said; keys and buttons.
 import { contextOf, ForcePlot } from "./plot";
 import { NoteList } from "./notes";
-import { readBinary, WALL_MARK, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage, type Tool } from "./protocol";
+import { readBinary, WALL_MARK, type Hello, type Part, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage, type Tool } from "./protocol";
 import { lengthText } from "./scales";
 import { BodyScene } from "./scene";
 import { markElement, Marks } from "./stations";
@@ -78,11 +78,25 @@ function takeBinary(bytes: ArrayBuffer): void {
     scene.setMesh(message.mesh);
     element("legend").hidden = false;
     element("cut-row").hidden = !message.mesh.marks.includes(WALL_MARK);
+  } else if ("parts" in message) {
+    scene.setParts(message.parts);
+    element("parts-row").replaceChildren(...message.parts.map(partElement));
+    element("parts-row").hidden = message.parts.length === 0;
   } else {
     newest = message.shape;
     marks.see(newest.tools.map((tool) => tool.station));
     plot.add(message.shape.t, message.shape.tools);
   }
+}
+
+/** The name of a rigid part, with its colour. */
+function partElement(part: Part): HTMLElement {
+  const box = document.createElement("span");
+  box.className = "swatch";
+  const color = document.createElement("i");
+  color.style.background = `#${part.color.toString(16).padStart(6, "0")}`;
+  box.append(color, part.name);
+  return box;
 }
 
 function takeText(message: TextMessage): void {

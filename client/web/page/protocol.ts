@@ -19,6 +19,13 @@ export interface Mesh {
   triangles: Uint32Array;
 }
 
+export interface Part {
+  name: string;
+  color: number; // 0xrrggbb
+  vertices: Float32Array; // x y z of each [m]
+  triangles: Uint32Array;
+}
+
 export interface Shape {
   version: number; // of the mesh
   t: number; // [s]
@@ -178,10 +185,25 @@ function readTool(from: Reader): Tool {
   return { contact: (flags & 1) !== 0, buttons, position, force, orientation, station: from.text(from.u8()) };
 }
 
+function readPart(from: Reader): Part {
+  const name = from.text(from.u8());
+  const color = from.u32();
+  const vertices = new Float32Array(3 * from.u32());
+  const triangles = new Uint32Array(3 * from.u32());
+  for (let i = 0; i < vertices.length; ++i) vertices[i] = from.f32();
+  for (let i = 0; i < triangles.length; ++i) triangles[i] = from.u32();
+  return { name, color, vertices, triangles };
+}
+
 /** Reads a binary message; throws RangeError for one that is cut. */
-export function readBinary(bytes: ArrayBuffer): { mesh: Mesh } | { shape: Shape } | null {
+export function readBinary(bytes: ArrayBuffer): { mesh: Mesh } | { parts: Part[] } | { shape: Shape } | null {
   const from = new Reader(new DataView(bytes));
   const kind = from.u8();
+  if (kind === 3) {
+    const parts: Part[] = [];
+    for (let n = from.u8(); n > 0; --n) parts.push(readPart(from));
+    return { parts };
+  }
   const version = from.u32();
   if (kind === 1) {
     const unit = from.f32();

@@ -1,7 +1,8 @@
 // The body and the tools, drawn by three.js with palpate-view's colours, instruments and scales.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { applyBlocks, type Mesh, type Shape, type Task, type Tool } from "./protocol";
+import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { applyBlocks, type Mesh, type Part, type Shape, type Task, type Tool } from "./protocol";
 import { Refinement } from "./refine";
 import { roundDown125, roundUp125 } from "./scales";
 import type { Marks } from "./stations";
@@ -16,6 +17,7 @@ const LEAN = new THREE.Vector3(0.5, 0.36, 0.79); // shaft of a device without or
 const AZIMUTH = -0.95;
 const ELEVATION = 0.62;
 const UP = new THREE.Vector3(0, 0, 1);
+const SHARP = 0.515; // angle of two triangles of a part from which the edge between them is sharp, as in client/view/solids.cpp
 const TARGET = "#0abfdb"; // of a training task
 const MARK = "#1a9e5c";
 const SLOW_MS = 150; // time from a picture to the next at which the machine is too slow for this quality
@@ -51,6 +53,15 @@ export interface Label {
   shown: boolean;
 }
 
+function clear(group: THREE.Group): void {
+  for (const child of [...group.children]) {
+    group.remove(child);
+    if (!(child instanceof THREE.Mesh)) continue;
+    child.geometry.dispose();
+    (child.material as THREE.Material).dispose();
+  }
+}
+
 export class BodyScene {
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
@@ -70,6 +81,7 @@ export class BodyScene {
   private tools: Tool[] = [];
   private readonly instruments = new Map<string, Instrument>();
   private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M } };
+  private readonly parts = new THREE.Group(); // that are rigid
   private readonly target = new THREE.Group(); // of a training task
   private targetKey = "";
   private colorMost = LEAST_LEGEND_M;
@@ -102,7 +114,7 @@ export class BodyScene {
     this.sun.shadow.radius = 7;
     this.sun.shadow.blurSamples = 12;
     this.floor.receiveShadow = true;
-    this.scene.add(this.sun, this.sun.target, this.rim, this.rim.target, this.sky, this.floor, this.target);
+    this.scene.add(this.sun, this.sun.target, this.rim, this.rim.target, this.sky, this.floor, this.parts, this.target);
     this.setTheme(false, "#4d5c6b");
   }
 
@@ -183,7 +195,7 @@ export class BodyScene {
     this.diagonal = Math.max(this.box.getSize(new THREE.Vector3()).length(), 1e-6);
     const center = this.box.getCenter(new THREE.Vector3());
     const d = this.diagonal;
-    this.floor.position.set(center.x, center.y, this.box.min.z);
+    this.floor.position.set(center.x, center.y, this.lowest());
     this.floor.scale.setScalar(6 * d);
     this.sun.target.position.copy(center);
     this.sun.position.copy(center).add(new THREE.Vector3(-0.9 * d, -0.5 * d, 1.9 * d));
@@ -228,6 +240,12 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform v
     return material;
   }
 
+  /** Height of the floor [m]: under the body and the rigid parts. */
+  private lowest(): number {
+    const all = this.box.clone().union(new THREE.Box3().setFromObject(this.parts));
+    return all.isEmpty() ? 0 : all.min.z;
+  }
+
   private gridStep(): number {
     return roundDown125(this.diagonal / 6);
   }
@@ -247,7 +265,7 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform v
     this.grid.position.set(
       step * Math.round(this.floor.position.x / step),
       step * Math.round(this.floor.position.y / step),
-      this.box.isEmpty() ? 0 : this.box.min.z,
+      this.lowest(),
     );
     const material = this.grid.material as THREE.LineBasicMaterial;
     material.transparent = true;
@@ -287,18 +305,31 @@ uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform v
     this.dirty = true;
   }
 
+  /** Shows the rigid parts of the scene. */
+  setParts(parts: Part[]): void {
+    clear(this.parts);
+    for (const part of parts) {
+      const whole = new THREE.BufferGeometry();
+      whole.setIndex(new THREE.BufferAttribute(part.triangles, 1));
+      whole.setAttribute("position", new THREE.BufferAttribute(part.vertices, 3));
+      const geometry = toCreasedNormals(whole, SHARP);
+      whole.dispose();
+      const shown = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color: part.color, roughness: 0.6 }));
+      shown.castShadow = shown.receiveShadow = true;
+      this.parts.add(shown);
+    }
+    this.floor.position.z = this.lowest();
+    this.layGrid();
+    this.dirty = true;
+  }
+
   /** Shows the line, the lump and the marks of a training task, seen through the body. */
   setTarget(task: Task | undefined): void {
     const marks = task?.hands.flatMap((hand) => (hand.mark ? [hand.mark] : [])) ?? [];
     const key = JSON.stringify([task?.line, task?.lump, task?.radius_m, marks, this.diagonal]);
     if (key === this.targetKey) return;
     this.targetKey = key;
-    for (const part of [...this.target.children]) {
-      this.target.remove(part);
-      if (!(part instanceof THREE.Mesh)) continue;
-      part.geometry.dispose();
-      (part.material as THREE.Material).dispose();
-    }
+    clear(this.target);
     const add = (geometry: THREE.BufferGeometry, color: string, opacity: number) => {
       const part = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color, opacity, depthTest: false, transparent: true }));
       part.renderOrder = 1;

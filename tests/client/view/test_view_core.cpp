@@ -27,9 +27,17 @@ std::vector<Vec3> lifted(const demo::Body& body, Micros stamp) {
   return positions;
 }
 
+PartMesh roof() { return {"roof", 0xff8000, 0.25, {{{Vec3(0, 0, 1)}, {Vec3(1, 0, 1)}, {Vec3(0, 1, 1)}}, {{0, 1, 2}}}}; }
+
+RoomInfo roofed(const demo::Body& body) {
+  RoomInfo facts = demo::facts_of(body);
+  facts.parts = {roof()};
+  return facts;
+}
+
 struct World {
   demo::Body body = demo::pressed_organ(0, 0, 3);
-  ServerCore server{demo::facts_of(body), {.draw = repeatable(11), .rate_hz = 20}};
+  ServerCore server{roofed(body), {.draw = repeatable(11), .rate_hz = 20}};
   ViewCore viewer{"watcher", Micros{0}};
   double loss = 0;
   std::mt19937 random{5};
@@ -200,6 +208,7 @@ TEST_CASE("What a viewer receives is recorded as it was shown, and plays", "[vie
   World world;
   world.run_until(Micros{1'000'000});
   REQUIRE(world.viewer.ready());
+  REQUIRE(world.viewer.has_parts());
   ViewRecorder recorder(world.viewer, "test 1", Micros{0});
   for (Micros end{1'020'000}; end <= Micros{3'000'000}; end += Micros{20'000}) {
     world.run_until(end);
@@ -212,6 +221,9 @@ TEST_CASE("What a viewer receives is recorded as it was shown, and plays", "[vie
   CHECK(recording.head().name == "demo");
   RecordedScene scene(recording, "watched");
   CHECK(scene.mesh().triangles == world.body.triangles);
+  REQUIRE(scene.parts().size() == 1);
+  CHECK(scene.parts()[0].name == "roof");
+  CHECK(scene.parts()[0].mesh.triangles == roof().mesh.triangles);
   for (std::size_t v = 0; v < world.body.rest.size(); ++v)
     REQUIRE(scene.mesh().vertices[v].fixed == (world.body.rest[v].z() < 0.022F));
   CHECK(seconds(scene.end() - scene.begin()) > 1.9);

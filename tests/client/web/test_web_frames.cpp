@@ -163,6 +163,26 @@ TEST_CASE("The topology has every vertex at rest, the held ones marked, and ever
   CHECK(bytes.at == frame.size());
 }
 
+TEST_CASE("The page gets each rigid part with its name, colour and triangles", "[web]") {
+  const std::vector<PartMesh> parts{
+      {"table", 0x8fa3ad, 0.3, {{{Vec3(0.5, 0, 0)}, {Vec3(0, 0.25, 0)}, {Vec3(0, 0, 1)}}, {{0, 2, 1}}}},
+      {"Röhre", 0xe8dcc0, 0, {{{Vec3(1, 2, 3)}}, {}}}};
+  const std::string frame = parts_frame(parts);
+  Bytes bytes{frame};
+  CHECK(bytes.next<std::uint8_t>() == 3);
+  REQUIRE(bytes.next<std::uint8_t>() == parts.size());
+  for (const PartMesh& part : parts) {
+    CHECK(bytes.text(bytes.next<std::uint8_t>()) == part.name);
+    CHECK(bytes.next<std::uint32_t>() == part.colour);
+    REQUIRE(bytes.next<std::uint32_t>() == part.mesh.vertices.size());
+    REQUIRE(bytes.next<std::uint32_t>() == part.mesh.triangles.size());
+    for (const MeshVertex& vertex : part.mesh.vertices) CHECK(bytes.vector() == Vec3f(vertex.rest.cast<float>()));
+    for (const Triangle& t : part.mesh.triangles)
+      for (const std::uint32_t corner : t) CHECK(bytes.next<std::uint32_t>() == corner);
+  }
+  CHECK(bytes.at == frame.size());
+}
+
 TEST_CASE("The room's message has each station's link and scheme, and no number that is not known", "[web]") {
   RoomView room;
   room.nodes = 318;

@@ -317,6 +317,15 @@ TEST_CASE("a name that is no text is damage before a report trips over it", "[re
   CHECK(RecordingReader(bytes, "bad.rec").blocks().empty());
 }
 
+TEST_CASE("a rigid part with a triangle of a vertex that is not there damages the head", "[record][hostile]") {
+  RecordingHead head = small_head();
+  head.parts[0].mesh.triangles[0] = {0, 1, 3};
+  RecordingWriter writer(head);
+  writer.finish();
+  const auto bytes = writer.take();
+  CHECK_THROWS_WITH(RecordingReader(bytes, "odd.rec"), Catch::Contains("its head is damaged"));
+}
+
 TEST_CASE("a recording of names that are no text is written as one that can be read", "[record][hostile]") {
   RecordingHead head = small_head();
   head.name = "room \xff";

@@ -28,6 +28,14 @@ TEST_CASE("a recording says what it is of, and keeps the surface's vertices alon
   CHECK(recording.head().shapes_hz == 10);
   CHECK(recording.head().scene == "{\"name\": \"pyramid\"}");
   CHECK(recording.head().task == small_head().task);
+  REQUIRE(recording.head().parts.size() == 1);
+  const PartMesh& part = recording.head().parts[0];
+  CHECK(part.name == "roof");
+  CHECK(part.colour == 0xff8000);
+  CHECK(part.friction == 0.25);
+  CHECK(part.mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+  REQUIRE(part.mesh.vertices.size() == 3);
+  CHECK(part.mesh.vertices[1].rest == Vec3(0.25, 0, 0.5));
   const RecordedSurface& surface = recording.head().surface;
   CHECK(surface.body_vertices == 5);
   CHECK(surface.mesh_hash == 77);

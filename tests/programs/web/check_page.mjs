@@ -233,7 +233,8 @@ async function checkRefused(browser) {
 async function checkRooms(browser, work) {
   const port = await freePort();
   const body = await server(port, "--record", join(work, "rooms.rec"), "--record-shapes-hz", "20",
-    "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`, "--scene", `cut=${join(scenes, "cuts/dissection.json")}`);
+    "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`, "--scene", `cut=${join(scenes, "cuts/dissection.json")}`,
+    "--scene", `parts=${join(scenes, "parts/liver-on-table.json")}`);
   const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`);
   const size = { viewport: { width: 1280, height: 800 }, colorScheme: "light" };
   const page = await open(browser, address, size);
@@ -247,7 +248,7 @@ async function checkRooms(browser, work) {
   await lost.waitForFunction(() => /^there is no room "nope"; this is training  \u00b7/.test(document.getElementById("status").textContent));
   await lost.close();
   await page.waitForSelector("#room-choice:not([hidden])");
-  assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube", "cut"]);
+  assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube", "cut", "parts"]);
   assert.equal(await page.inputValue("#room"), "training");
   await page.waitForFunction(() => /^held .* of 3 s$/.test(document.querySelector(".task-hand .soft")?.textContent ?? ""));
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="trainee"] .force')?.textContent) > 0.3);
@@ -262,6 +263,17 @@ async function checkRooms(browser, work) {
   await other.waitForSelector("#cut-row:not([hidden])");
   await bodyIsDrawn(other);
   await other.screenshot({ path: join(out, "cut.png") });
+
+  // Rigid parts are drawn and named, and go with their scene.
+  assert.ok(await other.isHidden("#parts-row"));
+  await other.selectOption("#room", "parts");
+  await other.waitForSelector("#parts-row:not([hidden])");
+  assert.deepEqual(await other.locator("#parts-row .swatch").allTextContents(), ["table", "bone", "trocar"]);
+  await other.waitForFunction(() => document.getElementById("title").textContent === "liver-on-table");
+  await bodyIsDrawn(other);
+  await other.screenshot({ path: join(out, "parts.png") });
+  await other.selectOption("#room", "cut");
+  await other.waitForSelector("#parts-row", { state: "hidden" });
 
   await page.selectOption("#room", "cube");
   await page.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");

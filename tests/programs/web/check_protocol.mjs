@@ -47,6 +47,10 @@ try {
     largest = Math.max(largest, Math.hypot(...[0, 1, 2].map((k) => wanted.positions[i + k] - wanted.rest[i + k])));
   assert.ok(near(most, largest, mesh.unit) && largest > 0.01);
 
+  const { parts } = readBinary(new Uint8Array(wanted.parts_frame).buffer);
+  const plain = parts.map(({ name, color, vertices, triangles }) => ({ name, color, vertices: [...vertices], triangles: [...triangles] }));
+  assert.deepEqual(plain, wanted.parts);
+
   assert.equal(readBinary(new Uint8Array([9, 0, 0, 0, 0]).buffer), null);
   assert.throws(() => readBinary(new Uint8Array(wanted.shape.slice(0, 20)).buffer), RangeError);
   console.log(`${wanted.positions.length / 3} vertices, ${wanted.shape.length} bytes a shape`);

@@ -50,7 +50,19 @@ int main() {
     tools.push_back(std::move(j));
   }
   for (const MeshVertex& vertex : facts.mesh.vertices) marks.push_back(mark_of(vertex));
+  const std::vector<PartMesh> rigid{
+      {"R\xc3\xb6hre", 0xff8000, 0.25, {{{Vec3(0.5, 0, 1)}, {Vec3(0, 0.25, 0)}, {Vec3(0, 0, -1)}}, {{0, 2, 1}}}}};
+  json parts = json::array();
+  for (const PartMesh& part : rigid) {
+    json vertices = json::array();
+    for (const MeshVertex& vertex : part.mesh.vertices)
+      for (const double x : vertex.rest) vertices.push_back(x);
+    parts.push_back(
+        {{"name", part.name}, {"color", part.colour}, {"vertices", vertices}, {"triangles", numbers_of(part.mesh.triangles)}});
+  }
   const json all{{"mesh", bytes_of(mesh_frame(facts.mesh, body.rest, 7, unit_m))},
+                 {"parts_frame", bytes_of(parts_frame(rigid))},
+                 {"parts", parts},
                  {"shape", bytes_of(shape_frame(moment, body.rest, 7, unit_m))},
                  {"unit", unit_m},
                  {"t", seconds(moment.shape.body_time)},
