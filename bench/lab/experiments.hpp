@@ -20,6 +20,7 @@ void add_world(CLI::App& app, Run& run);
 void add_gesture(CLI::App& app, Run& run);
 void add_advise(CLI::App& app, Run& run);
 void add_tissue(CLI::App& app, Run& run);
+void add_surgery(CLI::App& app, Run& run);
 void add_lump(CLI::App& app, Run& run);
 void add_tools(CLI::App& app, Run& run);
 void add_needle(CLI::App& app, Run& run);

@@ -51,6 +51,7 @@ const std::vector<Question>& questions() {
       {"What does the paper of Cavusoglu and Tendick state, and does it hold?", {{add_paper, "paper --quick --out out/paper"}}},
       {"How far is a body from the material that its scene names?",
        {{add_tissue, "tissue --quick --out out/tissue"},
+        {add_surgery, "surgery --quick --out out/surgery"},
         {add_advise,
          "advise --surface liver.stl --scale 0.001 --material liver --rate-hz 20 --error 0.05 --out out/liver/liver.json"}}},
       {"Where do random bodies come from?", {{add_draw, "draw --out out/scenes"}}}};

@@ -1,4 +1,5 @@
 // palpate-lab tissue: error of bodies against the continuum that their scenes describe, over the size of their meshes.
+// palpate-lab surgery: that of needles and blades in them.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -59,12 +60,12 @@ TissueMesh solve_mesh(const TissueCase& of, TissueElement element, int cells) {
   return mesh;
 }
 
-std::vector<const TissueCase*> chosen_cases(const std::string& only) {
+std::vector<const TissueCase*> chosen_cases(const std::vector<TissueCase>& all, const std::string& only) {
   std::vector<const TissueCase*> chosen;
-  for (const TissueCase& c : tissue_cases())
+  for (const TissueCase& c : all)
     if ((c.family + ": " + c.name).find(only) != std::string::npos) chosen.push_back(&c);
   std::set<std::string> families;
-  for (const TissueCase& c : tissue_cases()) families.insert(c.family);
+  for (const TissueCase& c : all) families.insert(c.family);
   if (chosen.empty())
     throw InputError("--only", "no case has '" + only + "' in \"FAMILY: NAME\"",
                      fmt::format("a part of one; the families are {}", fmt::join(families, ", ")));
@@ -122,7 +123,7 @@ void plot_families(const std::filesystem::path& out, const std::vector<TissueSer
     panels.back().curves.push_back({"1:2", s.element_name(), static_cast<int>(s.element) + 1, file, "linespoints"});
   }
   for (const auto& [family, panels] : families)
-    plot_grid(out / ("tissue-" + file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3, panels);
+    plot_grid(out / (file_name(family) + ".svg"), "Error over the number of nodes: " + family, 3, panels);
 }
 
 void write_tissue(const std::filesystem::path& out, const std::vector<TissueSeries>& all) {
@@ -148,8 +149,8 @@ void write_tissue(const std::filesystem::path& out, const std::vector<TissueSeri
   plot_families(out, all);
 }
 
-int run_tissue(const TissueFlags& flags) {
-  const std::vector<const TissueCase*> cases = chosen_cases(flags.only);
+int run_tissue(const TissueFlags& flags, const std::vector<TissueCase>& all_cases) {
+  const std::vector<const TissueCase*> cases = chosen_cases(all_cases, flags.only);
   const auto out = make_output_folder(flags.out);
   std::vector<TissueSeries> all;
   print_head();
@@ -165,17 +166,26 @@ int run_tissue(const TissueFlags& flags) {
   return 0;
 }
 
+void add_cases(CLI::App& command, Run& run, std::function<std::vector<TissueCase>()> cases, const std::string& examples) {
+  auto flags = std::make_shared<TissueFlags>();
+  command.add_flag("--quick", flags->quick, "leave out the finest meshes");
+  command.add_option("--only", flags->only, "only cases with this text in \"FAMILY: NAME\", such as " + examples)
+      ->type_name("TEXT");
+  command.add_option("--out", flags->out, "folder for cells.csv, table.md, summary.json and plots")->type_name("DIR")->required();
+  command.callback([flags, cases, &run] { run = [flags, cases] { return run_tissue(*flags, cases()); }; });
+}
+
 }  // namespace
 
 void add_tissue(CLI::App& app, Run& run) {
-  auto flags = std::make_shared<TissueFlags>();
-  CLI::App* c =
-      app.add_subcommand("tissue", "compare bodies with the continuum that they stand for: closed forms, theory, another solver");
-  c->add_flag("--quick", flags->quick, "leave out the finest meshes");
-  c->add_option("--only", flags->only, "only cases with this text in \"FAMILY: NAME\", such as 'layers' or 'nu = 0.49'")
-      ->type_name("TEXT");
-  c->add_option("--out", flags->out, "folder for cells.csv, table.md, summary.json and plots")->type_name("DIR")->required();
-  c->callback([flags, &run] { run = [flags] { return run_tissue(*flags); }; });
+  add_cases(*app.add_subcommand("tissue",
+                                "compare bodies with the continuum that they stand for: closed forms, theory, another solver"),
+            run, tissue_cases, "'layers' or 'nu = 0.49'");
+}
+
+void add_surgery(CLI::App& app, Run& run) {
+  add_cases(*app.add_subcommand("surgery", "compare needles and blades in bodies with their laws, over the size of the meshes"),
+            run, surgery_cases, "'blade' or 'double insertion'");
 }
 
 }  // namespace palpate

@@ -40,8 +40,10 @@ const std::vector<TissueCase>& tissue_cases() {
 }
 
 const TissueCase& tissue_case(const std::string& name) {
-  for (const TissueCase& c : tissue_cases())
-    if (c.name == name) return c;
+  static const std::vector<TissueCase> surgery = surgery_cases();
+  for (const std::vector<TissueCase>* list : {&tissue_cases(), &surgery})
+    for (const TissueCase& c : *list)
+      if (c.name == name) return c;
   throw std::logic_error("no case of tissue is called " + name);
 }
 

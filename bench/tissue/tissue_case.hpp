@@ -1,5 +1,5 @@
 // Boundary value problems with an independent solution: a closed form, an integral equation, another solver, a measurement.
-// palpate-lab tissue computes them on the project's own bodies, and tests repeat them on the smallest meshes.
+// palpate-lab tissue and surgery compute them on the project's own bodies, and tests repeat them on the smallest meshes.
 //
 // Everything about a case is in its list: a law or an element added to laws_at() or kTissueElementNames brings its rows.
 #pragma once
@@ -47,9 +47,10 @@ std::vector<TissueCase> membrane_cases();     ///< Cook
 std::vector<TissueCase> calculix_cases();     ///< bars, glued punches
 std::vector<TissueCase> time_cases();         ///< relaxation, creep, hysteresis
 std::vector<TissueCase> febio_cases();        ///< from its verification suite
-/// Returns the case of that name; throws std::logic_error if there is none.
-const TissueCase& tissue_case(const std::string& name);
-/// All cases.
+/// All of these.
 const std::vector<TissueCase>& tissue_cases();
+std::vector<TissueCase> surgery_cases();  ///< needle and blade, for palpate-lab surgery
+/// Returns the case of that name among all of both; throws std::logic_error if there is none.
+const TissueCase& tissue_case(const std::string& name);
 
 }  // namespace palpate

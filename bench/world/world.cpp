@@ -22,12 +22,12 @@ World::World(const Scene& scene, const WorldOptions& options)
       instance_(options.seed),
       server_(new_server()),
       trust_(options.keys ? std::make_unique<WorldTrust>(*options.keys, options.seed) : nullptr) {
-  know_successors();
+  know_keys();
 }
 
-void World::know_successors() {
+void World::know_keys() {
   if (!trust_) return;
-  server_->know_successors([trust = trust_.get()](PeerId newer, PeerId older) { return trust->server().succeeds(newer, older); });
+  server_->know_keys([trust = trust_.get()](PeerId peer) { return trust->server().key_of(peer); });
 }
 
 std::unique_ptr<ServerCore> World::new_server() const {
@@ -258,7 +258,7 @@ void World::start_server(bool keep_body) {
   server_ = new_server();
   if (trust_) trust_->new_server();
   ends_.clear();
-  know_successors();
+  know_keys();
   if (!keep_body) room_ = Room(scene_);
   room_started_ = false;
   server_up_ = true;

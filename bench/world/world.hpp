@@ -197,7 +197,7 @@ class World {
   };
 
   std::unique_ptr<ServerCore> new_server() const;
-  void know_successors();
+  void know_keys();
   WorldStation& add(std::unique_ptr<WorldStation> station);
   void at_moment();
   bool deliver();

@@ -36,7 +36,7 @@ PathClosure close_on_path(const Vec3& gap, const Mat3& compliance, const Vec3& t
   return closure;
 }
 
-PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double stretch, double contact_stiffness_n_m) noexcept {
+PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double contact_stiffness_n_m) noexcept {
   PathContact contact{contact_stiffness_n_m, contact_stiffness_n_m, 0, 0};
   const std::span<const NeedleLayer> all = layers.all();
   const auto layer = static_cast<std::size_t>(tip.layer);
@@ -47,7 +47,7 @@ PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double
   else if (layer + 1 < all.size() && tip.front_m >= all[layer + 1].begins_m)
     contact.most_n = all[layer + 1].puncture_n;
   else
-    contact.most_n = all[layer].cutting_n / stretch;
+    contact.most_n = all[layer].cutting_n;
   return contact;
 }
 

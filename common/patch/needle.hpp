@@ -5,9 +5,8 @@
 // them, x(s) = x_j + (s - l_j) tau, tau = (x_(j+1) - x_j) / spacing. The tip is at the depth s, the front of the cut at c >= s,
 // the furthest that the tip has been. Contacts of a needle at h with the axis a (tip to hand):
 //
-//     tip     at x(s) with f along tau: 0 <= f . tau <= L,   L = 0 where s < c (the tip lies in its own cut),
-//             L = J w at the front (cutting_n), so that cutting dissipates J w dc,   L = F_p |tau| at a layer that is not open
-//             yet
+//     tip     at x(s) with f along t = tau / |tau|: 0 <= f . t <= L,   L = 0 where s < c (the tip lies in its own cut),
+//             L = J w at the front (cutting_n),   L = F_p at a layer that is not open yet
 //     shaft   at x_j with f_a along a: |f_a| <= F_s m_j,   m_j the length of shaft that x_j stands for, integral of its hat
 //             function over 0 ... s;  a point of the shaft, a u_j from the tip, sticks to x_j until then
 //
@@ -18,7 +17,9 @@
 //     lambda = K (g - C lambda)   if its part along t is within [least, most];   else that part is the bound nearest to it,
 //     and the contact slips along t by   t . (g - C lambda) - bound / k_along   (k_along = 0: the whole of it)
 //
-// so that it never gives energy: the front and the bonds u_j move only along the force that moves them.
+// so that it never gives energy: the front and the bonds u_j move only along the force that moves them. Cutting dissipates
+// J w |tau| dc. A bound of J w / |tau| would dissipate J w dc whatever the strain before the tip, but where J / E is centimetres,
+// as in liver, an edge then compresses what it is to cut, bears more for it, and does not cut.
 //
 // Shapes and units: x, h 3 [m], tau 3 [1], s, c, l, u, m [m]; lambda, g 3 [N], [m]; C 3 x 3 [m/N]; J w, F_p [N], F_s [N/m].
 // What can go wrong: a path that the needle is bent away from stays straight in the body: a needle does not cut sideways.
@@ -77,8 +78,8 @@ struct PathClosure {
 /// Closes one contact; `t` of length 1.
 PathClosure close_on_path(const Vec3& gap, const Mat3& compliance, const Vec3& t, const PathContact& contact) noexcept;
 
-/// Returns the contact of the tip; `stretch` is |tau|.
-PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double stretch, double contact_stiffness_n_m) noexcept;
+/// Returns the contact of the tip.
+PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double contact_stiffness_n_m) noexcept;
 /// Moves the tip by a slip of its contact, in lengths at rest: into its own cut, into the front, out of it; at a closed layer a
 /// slip opens the layer and the tip stays. Out of the body it is no longer inside.
 void move_tip(const NeedleLayers& layers, NeedleTip& tip, double slip_m) noexcept;

@@ -35,7 +35,7 @@ NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
   Vec3 tau;
   const Vec3 at = at_depth(needle_.tip.depth_m, none, tau);
   tip_.lambda = close_on_path(tool.position - at, tip_.compliance, tau.normalized(),
-                              tip_contact(needle_.layers, needle_.tip, tau.norm(), contact_stiffness_n_m_))
+                              tip_contact(needle_.layers, needle_.tip, contact_stiffness_n_m_))
                     .lambda;
   tip_.compliance = compliance;
 }
@@ -134,7 +134,7 @@ void NeedleContacts::close_tip(const ModeVector& q, const ToolPose& tool) noexce
     const Vec3 at = at_depth(needle_.tip.depth_m, q, tau);
     const double stretch = tau.norm();
     const PathClosure closure = close_on_path(tool.position - at, tip_.compliance, tau / stretch,
-                                              tip_contact(needle_.layers, needle_.tip, stretch, contact_stiffness_n_m_));
+                                              tip_contact(needle_.layers, needle_.tip, contact_stiffness_n_m_));
     tip_.lambda = closure.lambda;
     if (closure.slip_m == 0) return;
     move_tip(needle_.layers, needle_.tip, closure.slip_m / stretch);

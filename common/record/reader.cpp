@@ -60,7 +60,7 @@ void add_hold(const RecordedBlock& block, Micros t, RecordedTool& tool) {
 
 const char* name_of(RecordedEventKind kind) {
   constexpr std::array<const char*, kRecordedEventKinds> kNames{"joined",  "left",    "silent",   "refused", "motion",
-                                                                "overrun", "kept_up", "left_out", "reset"};
+                                                                "overrun", "kept_up", "left_out", "reset",   "released"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -98,8 +98,9 @@ enum class RecordedEventKind : std::uint8_t {
   kept_up,   ///< the server keeps its frame rate again
   left_out,  ///< something could not be recorded; `text` names it
   reset,     ///< this station reset the body to rest
+  released,  ///< its tool was released, as it leaps or costs the body more than a hand does
 };
-inline constexpr std::size_t kRecordedEventKinds = 9;
+inline constexpr std::size_t kRecordedEventKinds = 10;
 const char* name_of(RecordedEventKind kind);
 
 enum class RecordedRole : std::uint8_t { hand, viewer, shadow };  ///< a shadow uses the tool of another hand

@@ -95,9 +95,9 @@ class ServerCore {
   /// Sets a listener for tools that were released because their cost was far above that of a hand.
   void on_tool_released(std::function<void(const Station&)> listener) { on_tool_released_ = std::move(listener); }
 
-  /// Sets the test whether two senders have one key and the first is the newer session: a station hands its name to its
-  /// successor.
-  void know_successors(std::function<bool(PeerId, PeerId)> succeeds) { sessions_.succeeds = std::move(succeeds); }
+  /// Sets the key of a sender, empty for one that has left. A station hands its name to a newer session of its key, and sessions
+  /// of one key have one limit of their resets.
+  void know_keys(std::function<std::string(PeerId)> key_of) { sessions_.key_of = std::move(key_of); }
 
   /// Refuses new sessions; existing ones stay.
   void drain() { sessions_.drain(kShuttingDown); }
@@ -157,6 +157,7 @@ class ServerCore {
   ViewSender views_;
   GuidanceRelay guidance_;
   RateLimit resets_{4, Micros{10'000'000}}, notes_{32, Micros{1'000'000}};
+  std::map<std::string, RateLimit> resets_of_keys_;
   StationId emit_after_ = 0;
   DatagramCounts counts_;
   std::function<void(StationId, const ButtonChange&)> on_buttons_;

@@ -43,8 +43,8 @@ void ServerRooms::expel(PeerId peer, Micros now) {
   for (const auto& core : cores_) core->expel(peer, now);
 }
 
-void ServerRooms::know_successors(const std::function<bool(PeerId, PeerId)>& succeeds) {
-  for (const auto& core : cores_) core->know_successors(succeeds);
+void ServerRooms::know_keys(const std::function<std::string(PeerId)>& key_of) {
+  for (const auto& core : cores_) core->know_keys(key_of);
 }
 
 void ServerRooms::tick(Micros now) {

@@ -33,8 +33,8 @@ class ServerRooms {
   /// Queues a refusal in place of an answer to this message.
   void refuse(const Message& question, PeerId to, const Refuse& refusal, std::size_t limit, Micros now);
   void expel(PeerId peer, Micros now);
-  /// Calls ServerCore::know_successors of all rooms.
-  void know_successors(const std::function<bool(PeerId, PeerId)>& succeeds);
+  /// Calls ServerCore::know_keys of all rooms.
+  void know_keys(const std::function<std::string(PeerId)>& key_of);
   /// Ticks all rooms.
   void tick(Micros now);
   std::size_t emit(std::span<std::byte> out, PeerId& to, Micros now);

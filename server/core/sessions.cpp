@@ -201,7 +201,10 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, const Asker& asker
   return std::nullopt;
 }
 
-bool Sessions::is_successor(const Station& holder, PeerId from) const { return succeeds && succeeds(from, holder.peer); }
+bool Sessions::is_successor(const Station& holder, PeerId from) const {
+  const std::string key = key_of ? key_of(from) : std::string();
+  return from > holder.peer && !key.empty() && key == key_of(holder.peer);
+}
 
 /// Returns true if the holder has to give its name to this sender.
 bool Sessions::gives_way(const Station& holder, const Asker& asker, Micros now) const {

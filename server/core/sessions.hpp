@@ -12,7 +12,7 @@
 // carries the number and secret of its former session, so the new session takes the name, seat and node of the former one, which
 // ends in the moment in which the new address is proven: a client never has two tools in the body.
 //
-// A successor is a newer session with the holder's own key (succeeds(); without keys there is none), as of a program that crashed
+// A successor is a newer session with the holder's own key (key_of(); without keys there is none), as of a program that crashed
 // and was restarted. It gets the name once nothing of the holder has come for kSuccessorAfter, or once it has asked for a round
 // trip of the holder (the least one, as late datagrams raise the mean) plus kSuccessorProof and the holder has echoed nothing
 // sent since then; so a dead holder's datagrams, replayed late by an attacker, delay nobody. Until then its Hello gets no answer
@@ -94,8 +94,8 @@ class Sessions {
 
   /// Called for joins, leaves and refusals, with their reasons.
   std::function<void(const RecordedEvent&)> on_event;
-  /// Returns true if two senders have one key and the first is the newer session; empty: there are no keys.
-  std::function<bool(PeerId, PeerId)> succeeds;
+  /// Returns the key of a sender, empty for one that has left; null: there are no keys. Newer senders have larger numbers.
+  std::function<std::string(PeerId)> key_of;
 
  private:
   struct Reply {

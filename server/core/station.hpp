@@ -55,6 +55,9 @@ struct GuidanceSeat {
   bool held = false;                             ///< guide: it holds the tool of its partner
 };
 
+/// Limit of the resets of the body by one station, or by one key.
+inline const RateLimit kResetsOfOne{2, Micros{30'000'000}};
+
 struct Station {
   // Sessions
   StationId id = 0;
@@ -110,7 +113,7 @@ struct Station {
   GuidanceSeat guidance;
 
   // ServerCore
-  RateLimit resets{2, Micros{30'000'000}};  ///< limit of its resets of the body
+  RateLimit resets = kResetsOfOne;  ///< limit of its resets of the body, where it has no key
   RateLimit note_limit{8, Micros{2'000'000}};
   std::uint32_t notes = 0;  ///< number of its notes that were recorded
 

@@ -71,7 +71,7 @@ void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_p
   for (const std::size_t k : touching) {
     const Vec3 end = position_of(*skin_, ports[k], responses_[k].b, state.x) + stage.a * gather(responses_[k].b, dv);
     if (ports[k].on_path())
-      contacts.push_back({k, end, normals[k], joined_point(ports[k], tool_points[k]), path_contact(ports[k], state.x)});
+      contacts.push_back({k, end, normals[k], joined_point(ports[k], tool_points[k]), path_contact(ports[k])});
     else
       contacts.push_back({k, end, normals[k], ports[k].lowest(tool_points[k], normals[k])});
   }

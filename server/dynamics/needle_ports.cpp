@@ -75,11 +75,11 @@ Vec3 along_path(const ToolPort& port, const Vector& x) {
   return port.needle.part == NeedlePart::shaft ? port.needle.axis : tip_place(port.needle, x).tau.normalized();
 }
 
-PathContact path_contact(const ToolPort& port, const Vector& x) {
+PathContact path_contact(const ToolPort& port) {
   const NeedlePort& needle = port.needle;
   const NeedleLayers& layers = needle.path->layers;
   const double stiffness_n_m = port.parameters.contact_stiffness_n_m;
-  if (needle.part == NeedlePart::tip) return tip_contact(layers, needle.tip, tip_place(needle, x).tau.norm(), stiffness_n_m);
+  if (needle.part == NeedlePart::tip) return tip_contact(layers, needle.tip, stiffness_n_m);
   return shaft_contact(layers, needle.point, shaft_share_m(layers, needle.tip, needle.point), stiffness_n_m);
 }
 

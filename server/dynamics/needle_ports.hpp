@@ -26,7 +26,7 @@ inline Vec3 contact_place(const ToolPort& port, const Vec3& tool, const Vec3& no
 }
 /// Returns the unit vector along which a contact on a path is bounded, and its contact.
 Vec3 along_path(const ToolPort& port, const Vector& x);
-PathContact path_contact(const ToolPort& port, const Vector& x);
+PathContact path_contact(const ToolPort& port);
 /// Moves contact k, on a path, by its slip. A tip that leaves the body takes its shaft with it.
 void slide_on_path(std::vector<ToolPort>& ports, std::size_t k, double slip_m, const Vector& x);
 /// Takes the needle of port k out of the body.

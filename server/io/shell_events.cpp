@@ -42,8 +42,10 @@ void UdpServer::hear_rooms() {
     });
     cores_[k].on_tool_released([this, k](const Station& station) {
       const std::string& name = station.hello.station;
+      if (RoomRecorder* const recorder = workers_[k]->recorder())
+        recorder->event({monotonic_now(), RecordedEventKind::released, station.id, RecordedRole::hand, Scheme::port, name, ""});
       say(k, "tool_released",
-          fmt::format("station \"{}\": its tool was released, because it cost the body more than a hand does", name),
+          fmt::format("station \"{}\": its tool was released, as it leaps or costs the body more than a hand does", name),
           {{"station", name}, {"station_id", static_cast<double>(station.id)}}, EventLevel::warning);
     });
     cores_[k].on_piece_removed([this, k](std::size_t cells) {

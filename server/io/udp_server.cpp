@@ -113,7 +113,7 @@ UdpServer::UdpServer(const std::vector<NamedScene>& scenes, const ShellOptions& 
   socket_.non_blocking(true);
   if (options.keys) {
     trust_.emplace(*options.keys, system_random(), unix_now);
-    cores_.know_successors([this](PeerId newer, PeerId older) { return trust_->succeeds(newer, older); });
+    cores_.know_keys([this](PeerId peer) { return trust_->key_of(peer); });
   }
   if (!options.record.file.empty()) begin_recording(scenes, options);
 }

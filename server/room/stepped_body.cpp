@@ -142,11 +142,28 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   integrator_.stepper->set_quiescence_tolerance(job.may_sleep ? kLeftOutForceN : 0);
   const auto tools = [&](std::size_t k, double t) { return tool(k, from_seconds(t)); };
   const Micros begin = time();
+  release_leaping(begin, job.target);
+  const BodyState before = body_;
+  const std::vector<ToolPort> ports_before = ports_;
   AdvanceReport report;
-  for (std::size_t most = 1;; most *= 2) {
+  bool calmed = false;
+  for (std::size_t most = 1;;) {
     report += integrator_.stepper->advance(body_, ports_, seconds(job.target), step_s, tools);
-    if (report.converged || !release_costliest(most, begin, job.target)) return report;
+    if (report.converged) return report;
+    if (calmed && !release_longest(std::exchange(most, 2 * most), begin, job.target)) return report;
+    calmed = true;
+    begin_again(before, ports_before);
   }
+}
+
+/// Puts the body at rest where it was at the begin of the frame, and the tools that are left back to their contacts then.
+void SteppedBody::begin_again(const BodyState& before, const std::vector<ToolPort>& ports_before) {
+  body_ = before;
+  body_.v.setZero();
+  std::vector<ToolPort> left;
+  for (const ToolPort& port : ports_before)
+    if (std::ranges::any_of(ports_, [&](const ToolPort& p) { return p.tool == port.tool; })) left.push_back(port);
+  ports_ = std::move(left);
 }
 
 }  // namespace palpate

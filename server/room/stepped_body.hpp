@@ -4,9 +4,10 @@
 // join (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that fell behind and is n > 2 nominal
 // frames long uses steps of n / 2 times their length.
 //
-// If the tools cost more than hands do (Stepper::advance() gives up), some are released for kOff, those with the longest path in
-// the frame first: one, then two more, four more ..., and the frame continues without them, so that the hands that cause the cost
-// bear it.
+// A tool that leaps, along its path at ToolTrack::kFastestMs for 20 mm of the frame, as no hand does, is released for kOff before
+// it throws the body. If the tools cost more than hands do all the same (Stepper::advance() gives up), the frame begins again
+// with the body at rest, and then without some tools, those with the longest path in the frame first: one, two more, four more
+// ..., so that the hands that cause the cost bear it.
 //
 // Tools have the numbers of their ports, k < ports().size(). Stations that share the tool of another have no port of their own.
 #pragma once
@@ -111,7 +112,10 @@ class SteppedBody {
   void reset();
   void leave_out_until(Micros begin);
   void release_tool(StationId id, Micros off);
-  bool release_costliest(std::size_t most, Micros begin, Micros until);
+  void release_costly(StationId id);
+  void release_leaping(Micros begin, Micros until);
+  bool release_longest(std::size_t most, Micros begin, Micros until);
+  void begin_again(const BodyState& before, const std::vector<ToolPort>& ports_before);
   bool stays_off(StationTool& tool) const;
   void fall_asleep();
   bool sleeps_through(const FrameJob& job) const;

@@ -126,8 +126,31 @@ void SteppedBody::release_tool(StationId id, Micros off) {
   std::erase_if(ports_, [&](const ToolPort& port) { return port.tool == id; });
 }
 
-/// Releases up to `most` tools; returns false if there is none. A tool that jumps about is outside as often as inside.
-bool SteppedBody::release_costliest(std::size_t most, Micros begin, Micros until) {
+void SteppedBody::release_costly(StationId id) {
+  release_tool(id, kOff);
+  tools_.at(id).costly = true;
+  released_.push_back(id);
+}
+
+/// Releases the tools near the body whose paths are at their bound of the speed for longer than an outlier of the device.
+void SteppedBody::release_leaping(Micros begin, Micros until) {
+  constexpr double kAtBound = 0.99;
+  constexpr int kLeapTicks = 10;  // 20 mm
+  const double bound_m = kAtBound * ToolTrack::kFastestMs * seconds(kTick);
+  std::vector<StationId> leaping;
+  for (std::size_t k = 0; k < ports_.size(); ++k) {
+    if (ports_[k].kind != ContactKind::touch || std::ranges::count(leaping, ports_[k].tool) > 0) continue;
+    const ToolTrack& track = tools_.at(ports_[k].tool).track;
+    int ticks = 0;
+    for (Micros t = begin; t < until; t += kTick)
+      ticks += (track.on_path(t + kTick).at.position - track.on_path(t).at.position).norm() > bound_m;
+    if (ticks >= kLeapTicks && (ports_[k].touching || may_meet(k, until))) leaping.push_back(ports_[k].tool);
+  }
+  for (const StationId id : leaping) release_costly(id);
+}
+
+/// Releases up to `most` tools, those with the longest ways; returns false if there is none.
+bool SteppedBody::release_longest(std::size_t most, Micros begin, Micros until) {
   const auto way_m = [&](std::size_t k) {
     double way = 0;
     for (Micros t = begin; t < until; t += kTick) way += (tool(k, t + kTick).position - tool(k, t).position).norm();
@@ -140,11 +163,7 @@ bool SteppedBody::release_costliest(std::size_t most, Micros begin, Micros until
   for (const auto& [id, way] : ways) costliest.emplace_back(way, id);
   std::sort(costliest.rbegin(), costliest.rend());  // between equal paths, the later station first
   costliest.resize(std::min(most, costliest.size()));
-  for (const auto& [way, id] : costliest) {
-    release_tool(id, kOff);
-    tools_.at(id).costly = true;
-    released_.push_back(id);
-  }
+  for (const auto& [way, id] : costliest) release_costly(id);
   return !costliest.empty();
 }
 

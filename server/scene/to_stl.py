@@ -2,10 +2,11 @@
 
 usage: to_stl.py SURFACE EDGE OUT.stl
 
-Shells that lie within a solid and bound no hollow are left out: Gmsh would carve each of them out of it.
+Shells that lie within a solid and bound no hollow are left out: Gmsh would carve each of them out of it. Triangles that run the other way
+around than their neighbours are turned.
 
-Prints "ACROSS FITS SCALE USUAL INNER": the longest side of its box; 1 where EDGE is a 100th to a half of that, else 0; the metres a unit,
-of those that people draw in, that bring the surface nearest to an organ of 0.15 m; a usual edge; the shells left out. One line on stderr and exit 2 for a
+Prints "ACROSS FITS SCALE USUAL INNER TURNED": the longest side of its box; 1 where EDGE is a 100th to a half of that, else 0; the metres a unit,
+of those that people draw in, that bring the surface nearest to an organ of 0.15 m; a usual edge; the shells left out; the triangles turned. One line on stderr and exit 2 for a
 file that is no such surface. What is read is what server/scene/surface_file.hpp reads.
 """
 
@@ -89,6 +90,40 @@ def open_edges(triangles, across):
         if len({a, b, c}) == 3:
             edges.update([(a, b), (b, c), (c, a)])
     return sum(abs(n - edges[v, u]) for (u, v), n in list(edges.items()) if n > edges[v, u])
+
+
+def turned_alike(triangles, across):
+    """Triangles that all run around their shell the same way, and how many were turned for it; as they are if an edge has not two of them."""
+    corners = [[tuple(round(1e6 * x / across) for x in c) for c in t] for t in triangles]
+    whole = [i for i, t in enumerate(corners) if len(set(t)) == 3]
+    at_edge = collections.defaultdict(list)
+    for i in whole:
+        for k in range(3):
+            a, b = corners[i][k], corners[i][(k + 1) % 3]
+            at_edge[min(a, b), max(a, b)].append((i, a < b))
+    if any(len(sides) != 2 for sides in at_edge.values()):
+        return triangles, 0
+    beside = collections.defaultdict(list)
+    for (i, along), (j, other_along) in at_edge.values():
+        beside[i].append((j, along == other_along))
+        beside[j].append((i, along == other_along))
+    turned, count = {}, 0
+    for first in whole:
+        if first in turned:
+            continue
+        turned[first], shell = False, [first]
+        for i in shell:
+            for j, against in beside[i]:
+                if j not in turned:
+                    turned[j] = turned[i] != against
+                    shell.append(j)
+                elif turned[j] != (turned[i] != against):
+                    return triangles, 0
+        fewer = 2 * sum(turned[i] for i in shell) > len(shell)
+        for i in shell:
+            turned[i] = turned[i] != fewer
+            count += turned[i]
+    return [t[::-1] if turned.get(i) else t for i, t in enumerate(triangles)], count
 
 
 def shells(triangles, across):
@@ -175,6 +210,7 @@ def main():
     if not across > 0:
         print("holds no triangles; expected a closed surface", file=sys.stderr)
         return 2
+    triangles, turned = turned_alike(triangles, across)
     unmatched = open_edges(triangles, across)
     if unmatched:
         print(f"has {unmatched} edges that no triangle on the other side shares; expected a closed surface", file=sys.stderr)
@@ -182,7 +218,7 @@ def main():
     triangles, inner = without_inner(triangles, across)
     out.write_bytes(written(triangles))
     scale = min(SCALES, key=lambda s: abs(math.log(s * across / ORGAN_M)))
-    print(f"{across:.4g} {int(across / 100 <= edge <= across / 2)} {scale if scale > 1e-4 else '0.000001'} {across / 15:.2g} {inner}")
+    print(f"{across:.4g} {int(across / 100 <= edge <= across / 2)} {scale if scale > 1e-4 else '0.000001'} {across / 15:.2g} {inner} {turned}")
     return 0
 
 

@@ -12,10 +12,9 @@ std::optional<Letter> ServerTrust::take(std::span<const std::byte> datagram, con
   return letter;
 }
 
-bool ServerTrust::succeeds(ChannelPeer newer, ChannelPeer older) const {
-  const PublicKey* const a = channel_.key(newer);
-  const PublicKey* const b = channel_.key(older);
-  return newer > older && a != nullptr && b != nullptr && *a == *b;
+std::string ServerTrust::key_of(ChannelPeer peer) const {
+  const PublicKey* const key = channel_.key(peer);
+  return key == nullptr ? std::string() : std::string(key->bytes.begin(), key->bytes.end());
 }
 
 void ServerTrust::forget(ChannelPeer peer) {

@@ -29,8 +29,8 @@ class ServerTrust {
   }
   /// Forgets an ended session; call after the rooms have sent their last messages to it.
   void forget(ChannelPeer peer);
-  /// Returns true if both sessions are present with one key and the first is the newer one.
-  bool succeeds(ChannelPeer newer, ChannelPeer older) const;
+  /// Returns the bytes of a session's public key; none if it is gone.
+  std::string key_of(ChannelPeer peer) const;
   ServerChannel& channel() { return channel_; }
   const ServerChannel& channel() const { return channel_; }
 

@@ -39,7 +39,7 @@ struct FixedBody {
     push_n = drag_n = 0;
     for (int k = 0; k < 4 && tip.inside; ++k) {
       const PathClosure closure =
-          close_on_path(Vec3((way_m - tip.depth_m) * t), Mat3::Zero(), t, tip_contact(layers, tip, 1, kStiffnessNM));
+          close_on_path(Vec3((way_m - tip.depth_m) * t), Mat3::Zero(), t, tip_contact(layers, tip, kStiffnessNM));
       push_n = closure.lambda.dot(t);
       if (closure.slip_m == 0) break;
       move_tip(layers, tip, closure.slip_m);

@@ -118,6 +118,17 @@ def check_shells(dev, work):
         assert abs(volume / expected - 1) < 0.03, (name, volume / expected)
 
 
+def check_turned(dev, work):
+    """Triangles that run the other way around than their neighbours are turned, and that is said."""
+    faces = [face[::-1] if k % 7 == 3 else face for k, face in enumerate(sphere(3))]
+    write_stl(work / "turned.stl", faces)
+    done = fill(dev, work / "turned.stl", work / "turned.msh")
+    assert done.returncode == 0 and f"are turned, {len(range(3, len(faces), 7))} in all" in done.stdout, done
+    cells = tetrahedra(work / "turned.msh")
+    volume = abs(numpy.linalg.det(cells[:, 1:] - cells[:, :1])).sum() / 6
+    assert abs(volume / (4 / 3 * numpy.pi * RADII.prod()) - 1) < 0.05, volume
+
+
 def check_refused(dev, work):
     write_stl(work / "open.stl", sphere(3)[40:])
     done = fill(dev, work / "open.stl", work / "open.msh")
@@ -138,6 +149,7 @@ def main():
     check_filled(dev, server, work)
     check_obj(dev, work)
     check_shells(dev, work)
+    check_turned(dev, work)
     check_refused(dev, work)
 
 

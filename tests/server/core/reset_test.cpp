@@ -64,6 +64,28 @@ TEST_CASE("who asks for resets all the time gets two at once and two a minute, a
   CHECK(bench.core.counts().resets == 4);
 }
 
+TEST_CASE("the sessions of one key share its resets, at once or one after the other") {
+  Bench bench;
+  bench.core.know_keys([](PeerId peer) { return peer < 100 ? "one" : "other"; });
+  const auto asks = [&bench](PeerId peer) {
+    RawStation station(bench, peer, "station " + std::to_string(peer));
+    station.join();
+    const auto before = static_cast<std::uint16_t>(bench.core.counts().resets);
+    station.say(Reset{before});
+    bench.wait(100ms);
+    station.say(Leave{});
+    bench.wait(100ms);
+    return bench.core.counts().resets - before;
+  };
+  CHECK(asks(1) == 1);
+  CHECK(asks(2) == 1);
+  CHECK(asks(3) == 0);
+  CHECK(asks(4) == 0);
+  CHECK(asks(101) == 1);
+  bench.wait(30s);
+  CHECK(asks(5) == 1);
+}
+
 TEST_CASE("a room is reset four times at once and six times a minute, whoever asks") {
   Bench bench;
   std::vector<RawStation> viewers;

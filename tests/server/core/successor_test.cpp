@@ -9,7 +9,7 @@ namespace {
 /// Peers 10, 11, 12 are sessions of one key, later ones newer; all others have their own keys.
 struct Keyed : Bench {
   explicit Keyed(bool keys = true) {
-    if (keys) core.know_successors([](PeerId a, PeerId b) { return a > b && a / 10 == b / 10; });
+    if (keys) core.know_keys([](PeerId peer) { return std::to_string(peer / 10); });
   }
   /// Asks every 250 ms, like a client without an answer, and then once a second. Returns the time until it joined; empty within 4
   /// s.

@@ -117,38 +117,6 @@ TEST_CASE("Where a blade parts cells, their copies begin with the motion and the
   CHECK(room.body.dynamics().nodes() > room.body.uncut().nodes.size());
 }
 
-TEST_CASE("The work of the hand over the area of the cut, less the energy that the body keeps, is the toughness", "[blade]") {
-  const double spacing_m = GENERATE(0.01, 0.006667);
-  CAPTURE(spacing_m);
-  BladeRoom room(blade_block(spacing_m));
-  room.hands = {stab(0.0312, 0.0301, 0.03)};
-  double work_j = 0, begin_j = 0, begin_m = 0, before_n = 0;
-  double mean_n = 0;
-  int frames = 0;
-  while (room.now - room.begin < Micros{1'400'000}) {
-    const double z_m = room.hands[0](seconds(room.now - room.begin)).position.z();
-    room.frame();
-    const double force_n = room.force(1).z(), next_m = room.hands[0](seconds(room.now - room.begin)).position.z();
-    work_j += 0.5 * (before_n + force_n) * (z_m - next_m);
-    before_n = force_n;
-    const double front_m = room.tip().front_m;
-    if (front_m < 0.004) {
-      begin_m = front_m;
-      begin_j = work_j - room.body.dynamics().energy(room.body.state());
-      continue;
-    }
-    mean_n += force_n;
-    ++frames;
-  }
-  const double area = kEdgeM * (room.tip().front_m - begin_m);
-  REQUIRE(area > kEdgeM * 0.01);
-  const double kept_j = room.body.dynamics().energy(room.body.state());
-  const double per_area = (work_j - kept_j - begin_j) / area;
-  CHECK(per_area == Approx(kBladeJ).epsilon(0.05));
-  CHECK(mean_n / frames == Approx(kBladeJ * kEdgeM).epsilon(0.05));
-  CHECK(room.body.dynamics().nodes() > room.body.uncut().nodes.size());
-}
-
 TEST_CASE("A hand that holds the tissue beside a blade feels no step where cells part", "[blade]") {
   BladeRoom room(blade_block(0.01));
   const auto hold = [](double) { return Vec3(0.044, 0.03, kBladeTopM - 0.0015); };

@@ -106,6 +106,24 @@ TEST_CASE("A hand that jumps about inside the body is let go of, and the hand be
   CHECK(pressed_anew_n(organ) == Approx(alone_n()).epsilon(0.01));
 }
 
+TEST_CASE("A hand that lies still keeps the body while another leaps into it, now and then or all the time") {
+  const int every = GENERATE(20, 50, 100, 200);  // ms
+  const std::uint64_t seed = GENERATE(1, 2, 3);
+  CAPTURE(every, seed);
+  SharedOrgan organ;
+  Random random(seed);
+  Vec3 at = organ.home();
+  for (int k = 0; k < 100; ++k) {
+    const FrameResult result = organ.frame(1, [&](std::size_t, Micros t) {
+      if (t.count() / 1000 % every == 0) at = organ.anywhere(random);
+      return at;
+    });
+    CHECK_FALSE(result.failed);
+    for (const StationId id : result.released) CHECK(id == kFirstOfOthers);
+    if (k > 20) CHECK(result.stations.front().force.norm() > 0.5);
+  }
+}
+
 TEST_CASE("A hand that was let go of for what it cost may touch again after a while, from outside") {
   SharedOrgan organ;
   Random random(5);

@@ -144,11 +144,19 @@ TEST_CASE(
 TEST_CASE("A tool's body is let go of as one, and touches again from outside") {
   Handled body(kBar);
   const Vec3 pressed = kMiddle - Vec3(0, 0, 0.006);
+  const Vec3 lifted = kMiddle + Vec3(0, 0, 0.05);
+  const auto move = [&body](const Vec3& from, const Vec3& to) {
+    const Micros begin = body.now;
+    for (int k = 0; k < 2; ++k)
+      body.frame([&](Micros t) { return ToolPose(from + std::clamp(seconds(t - begin) / 0.1, 0.0, 1.0) * (to - from)); });
+  };
   REQUIRE(body.held(pressed).contact);
-  const StationFrame away = body.held(Vec3(kMiddle + Vec3(0, 0, 0.05)), 10);
+  move(pressed, lifted);
+  const StationFrame away = body.held(lifted, 10);
   CHECK_FALSE(away.contact);
   CHECK(away.force.norm() == 0);
   CHECK(away.torque.norm() == 0);
+  move(lifted, pressed);
   CHECK(body.held(pressed).contact);
 }
 

@@ -46,19 +46,18 @@ struct Site {
 
 }  // namespace
 
-TEST_CASE("a session succeeds the older ones of its own key, not newer ones and not those of others") {
+TEST_CASE("sessions of one key are known by it, those of others by theirs, and those that are gone by none") {
   Site site;
   const ChannelPeer first = site.join(kStationSeed, 1, 11), other = site.join(kStrangerSeed, 2, 12),
                     second = site.join(kStationSeed, 3, 13);
   REQUIRE((first != 0 && other != 0 && second != 0));
-  CHECK(site.trust.succeeds(second, first));
-  CHECK_FALSE(site.trust.succeeds(first, second));
-  CHECK_FALSE(site.trust.succeeds(first, first));
-  CHECK_FALSE(site.trust.succeeds(other, first));
-  CHECK_FALSE(site.trust.succeeds(second, other));
-  CHECK_FALSE(site.trust.succeeds(second + 1, first));  // nobody has that number yet
+  CHECK(first < second);
+  CHECK_FALSE(site.trust.key_of(first).empty());
+  CHECK(site.trust.key_of(second) == site.trust.key_of(first));
+  CHECK(site.trust.key_of(other) != site.trust.key_of(first));
+  CHECK(site.trust.key_of(second + 1).empty());  // nobody has that number yet
   site.trust.forget(first);
-  CHECK_FALSE(site.trust.succeeds(second, first));
+  CHECK(site.trust.key_of(first).empty());
 }
 
 TEST_CASE("a whole join that is sent again makes no session, so nobody succeeds by it") {
