@@ -1,5 +1,6 @@
 #include "server/body/dynamics.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 namespace palpate {
@@ -17,9 +18,9 @@ Dynamics::Dynamics(const LumpedBody& body)
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
   if (contacts_.empty()) return;
   BlockMatrix k = make_matrix();
-  assemble(rest_state(), 0, 0, relaxation_.left(), body.fixed, false, k);
+  assemble(rest_state(), 0, 0, relaxation_.left(), std::vector<std::uint8_t>(nodes(), 0), false, k);
   std::vector<double> own_n_m;
-  for (const std::uint32_t i : contacts_.nodes()) own_n_m.push_back(k.block(k.diagonal(i)).trace() / 3);
+  for (std::uint32_t i = 0; i < nodes(); ++i) own_n_m.push_back(k.block(k.diagonal(i)).trace() / 3);
   contacts_.set_stiffness(own_n_m);
 }
 
@@ -46,8 +47,27 @@ Vec3 Dynamics::element_force(const BodyState& state, std::uint32_t node) const {
 
 BlockMatrix Dynamics::make_matrix() const { return pattern_; }
 
+void Dynamics::add_contacts(const std::vector<Contacts::Block>& blocks, double c_d, double c_k,
+                            const std::vector<std::uint8_t>& held, BlockMatrix& a) {
+  std::vector<BlockPattern::Pair> pairs;
+  for (const Contacts::Block& contact : blocks)
+    for (const auto& [i, w_i] : contact.nodes)
+      for (const auto& [j, w_j] : contact.nodes)
+        if (i < j && !held[i] && !held[j]) pairs.emplace_back(i, j);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  if (!pairs.empty()) a.widen(std::move(pairs));
+  for (const Contacts::Block& contact : blocks) {
+    const Mat3 sum = c_k * contact.stiffness + c_d * contact.damping;
+    for (const auto& [i, w_i] : contact.nodes)
+      for (const auto& [j, w_j] : contact.nodes)
+        if (!held[i] && !held[j]) a.block(i == j ? a.diagonal(i) : a.find(i, j)) += w_i * w_j * sum;
+  }
+}
+
 void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held,
                         bool clamp, BlockMatrix& a) const {
+  if (!a.widened_by().empty()) a = pattern_;
   a.set_zero();
   for (std::uint32_t i = 0; i < nodes(); ++i)
     a.block(a.diagonal(i)).diagonal().setConstant(held[i] ? 1.0 : c_m * body_->masses_kg[i]);
@@ -55,8 +75,7 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
   tetrahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   relaxation_.add_tangents(state, c_k, held, clamp, a);
-  for (const PartContacts::Block& contact : contacts_.tangents(state))
-    if (!held[contact.node]) a.block(a.diagonal(contact.node)) += c_k * contact.stiffness + c_d * contact.damping;
+  if (!contacts_.empty()) add_contacts(contacts_.tangents(state), c_d, c_k, held, a);
   if (!body_->planar) return;
   // The nodes of a planar body are not coupled across its plane; with c_m = 0 those rows would be empty.
   for (std::uint32_t i = 0; i < nodes(); ++i)
@@ -80,9 +99,13 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
   relaxation_.add_products(state.history.get(), in, 1, k);
   unpack_columns(k, 0, k_y);
   unpack_columns(d, 0, d_y);
-  for (const PartContacts::Block& contact : contacts_.tangents(state)) {
-    at_node(k_y, contact.node) += contact.stiffness * at_node(y, contact.node);
-    at_node(d_y, contact.node) += contact.damping * at_node(y, contact.node);
+  for (const Contacts::Block& contact : contacts_.tangents(state)) {
+    Vec3 moved = Vec3::Zero();
+    for (const auto& [node, weight] : contact.nodes) moved += weight * at_node(y, node);
+    for (const auto& [node, weight] : contact.nodes) {
+      at_node(k_y, node) += weight * (contact.stiffness * moved);
+      at_node(d_y, node) += weight * (contact.damping * moved);
+    }
   }
 }
 

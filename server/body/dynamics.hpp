@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/body/part_contacts.hpp"
+#include "server/body/contacts.hpp"
 #include "server/body/relaxation.hpp"
 #include "server/elements/elements.hpp"
 
@@ -31,11 +31,11 @@ class Dynamics {
   const Tetrahedra& tetrahedra() const { return tetrahedra_; }
   const Hexahedra& hexahedra() const { return hexahedra_; }
   const Relaxation& relaxation() const { return relaxation_; }
-  const PartContacts& contacts() const { return contacts_; }
+  const Contacts& contacts() const { return contacts_; }
 
   /// Computes F(x, v): element forces and gravity, without the relaxed stress and contacts.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
-  /// Computes all of F, with contacts with rigid parts and the traction across a fresh cut.
+  /// Computes all of F, with contacts and the traction across a fresh cut.
   void forces(const BodyState& state, Vector& f) const {
     forces(state.x, state.v, f);
     relaxation_.add_forces(state, f);
@@ -49,7 +49,7 @@ class Dynamics {
   /// Returns an empty matrix on the body's pattern.
   BlockMatrix make_matrix() const;
   /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementLoops for `clamp`. Rows and
-  /// columns of held nodes become those of the identity.
+  /// columns of held nodes become those of the identity. The pattern is widened by contacts between bodies.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;
   /// Computes the products K y and D y with the unmasked symmetric tangents at a state, element by element. For many products see
@@ -59,6 +59,9 @@ class Dynamics {
   double energy(const BodyState& state) const;
 
  private:
+  static void add_contacts(const std::vector<Contacts::Block>& blocks, double c_d, double c_k,
+                           const std::vector<std::uint8_t>& held, BlockMatrix& a);
+
   const LumpedBody* body_;
   Vector masses_;
   BlockMatrix pattern_;
@@ -66,7 +69,7 @@ class Dynamics {
   Tetrahedra tetrahedra_;
   Hexahedra hexahedra_;
   Relaxation relaxation_;
-  PartContacts contacts_;
+  Contacts contacts_;
 };
 
 /// Sets the rows of held nodes to zero.

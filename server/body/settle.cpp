@@ -80,9 +80,9 @@ class Search {
     rounding_n_ = kOfForces * most * found_.state.x.cwiseAbs().maxCoeff();
   }
 
-  /// As far along dx as the energy falls.
+  /// As far along dx as the energy falls; where bodies meet, whose forces are not quite those of a potential, or the force.
   bool descend() {
-    constexpr double kEnough = 1e-4, kRounding = 1e-12;
+    constexpr double kEnough = 1e-4, kRounding = 1e-12, kNearer = 0.9;
     const BodyState from = found_.state;
     const double before = energy_, slope = f_.dot(dx_), residual_n = found_.residual_n;
     const double rounding_j = kRounding * std::abs(before) + rounding_j_;
@@ -91,9 +91,10 @@ class Search {
     for (int cut = 0; cut < kCutsMax; ++cut, share /= 2) {
       found_.state.x = from.x + share * dx_;
       energy_ = dynamics_->energy(found_.state);
-      if (!(energy_ <= before - kEnough * share * slope + kRounding * slope + rounding_j)) continue;
+      const bool falls = energy_ <= before - kEnough * share * slope + kRounding * slope + rounding_j;
+      if (!falls && !meets_) continue;
       balance();
-      if (slope < rounding_j && !(found_.residual_n < residual_n)) continue;
+      if (falls ? slope < rounding_j && !(found_.residual_n < residual_n) : !(found_.residual_n < kNearer * residual_n)) continue;
       if (cut == 0) h_s_ = std::min(h_s_ * kGrowth, kLongestS);
       return true;
     }
@@ -109,6 +110,7 @@ class Search {
   BlockMatrix matrix_;
   Equilibrium found_;
   Vector f_, dx_;
+  bool meets_ = !dynamics_->body().members.empty();
   double edge_m_ = mean_edge_m(dynamics_->body());
   double h_s_ = kFirstS, energy_ = 0, rounding_j_ = 0, rounding_n_ = 0;
 };

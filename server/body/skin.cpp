@@ -72,7 +72,7 @@ Skin::Skin(const LumpedBody& body, double radius_m)
   std::sort(vertices_.begin(), vertices_.end());
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
   std::optional<Reach> reach;
-  if (!body.embedded.empty()) reach.emplace(surface_.view(), rest_);
+  if (!body.embedded.empty() || !body.members.empty()) reach.emplace(surface_.view(), rest_);
   std::vector<double> of_node(reach ? body.nodes.size() : 0, 0.0);  // of a cut body, the row of S that is made
   for (const std::uint32_t i : vertices_) {
     box_.extend(rest_[i]);

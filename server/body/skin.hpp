@@ -4,11 +4,11 @@
 //
 // X rest positions, x node positions, over the surface's own vertices j; R the contact radius of the tool. A point of the skin is
 // p = sum_k w_k s_k = X_p + B^T (x - X), and a force on it acts on the nodes through the same B, so that energy is conserved.
-// The displacement of a vertex of a cut body that is embedded in an element is the mean of its nodes' by weight. On a cut body S
-// has only vertices j to which a path along edges leads that is at most kLongestPath R long: a tip on one side of a cut does not
-// move the other.
-// With R = 0 (or below the distance to the next vertex) S is the identity and the tool is a point. Reason: a tip that touches a
-// single node pushes that node between its neighbours; a real tip has a width, and slides smoothly.
+// The displacement of a vertex of a cut body that is embedded in an element is the mean of its nodes' by weight. On a cut body,
+// and on one of several members, S has only vertices j to which a path along edges leads that is at most kLongestPath R long: a
+// tip on one side of a cut, or on one member, does not move the other. With R = 0 (or below the distance to the next vertex) S is
+// the identity and the tool is a point. Reason: a tip that touches a single node pushes that node between its neighbours; a real
+// tip has a width, and slides smoothly.
 #pragma once
 
 #include <Eigen/Geometry>

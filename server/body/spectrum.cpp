@@ -43,7 +43,7 @@ std::pair<double, double> damping_times(const LumpedBody& body) {
 
 Spectrum spectrum_of(const Dynamics& dynamics) {
   const BodyState rest = dynamics.rest_state();
-  const PartContacts& contacts = dynamics.contacts();
+  const Contacts& contacts = dynamics.contacts();
   Spectrum spectrum;
   const double stiffer = dynamics.body().is_solid() ? Spectrum::kSolidStiffer : Spectrum::kStiffer;
   spectrum.w2 = stiffer * largest(dynamics, rest, false) + contacts.most_w2();

@@ -18,6 +18,17 @@ void add_block(const Mat3& m, const NodeLanes& y, NodeLanes& to) {
   for (int r = 0; r < 3; ++r) *rows[r] += m(r, 0) * x[0] + m(r, 1) * x[1] + m(r, 2) * x[2];
 }
 
+/// Returns the weighted sum of nodes.
+NodeLanes weighted(const NodeWeights& nodes, const std::vector<NodeLanes>& y) {
+  NodeLanes sum{};
+  for (const auto& [node, weight] : nodes) {
+    lanes(sum.x) += weight * lanes(y[node].x);
+    lanes(sum.y) += weight * lanes(y[node].y);
+    lanes(sum.z) += weight * lanes(y[node].z);
+  }
+  return sum;
+}
+
 }  // namespace
 
 Tangents::Tangents(const Dynamics& dynamics) : dynamics_(&dynamics), order_(dynamics.body().elements.size()) {
@@ -69,8 +80,9 @@ void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<st
     }
     a.end_row();
   }
-  for (const PartContacts::Block& contact : contacts_)
-    if (!held[contact.node]) a.diagonal[contact.node] += c_k * contact.stiffness + c_d * contact.damping;
+  for (const Contacts::Block& contact : contacts_)  // of springs each is with a rigid part
+    if (const std::uint32_t node = contact.nodes.front().first; !held[node])
+      a.diagonal[node] += c_k * contact.stiffness + c_d * contact.damping;
   for (std::uint32_t i = 0; i < nodes; ++i) {
     Mat3& block = a.diagonal[i];
     block = block.selfadjointView<Eigen::Lower>().toDenseMatrix();
@@ -111,9 +123,12 @@ void Tangents::add_products(const std::vector<NodeLanes>& in, double c_k, double
   dynamics_->tetrahedra().add_products(tetrahedra_, in, c_k, c_d, k, d);
   dynamics_->hexahedra().add_products(hexahedra_, in, c_k, c_d, k, d);
   dynamics_->relaxation().add_products(history_.get(), in, c_k, k);
-  for (const PartContacts::Block& contact : contacts_) {
-    add_block(c_k * contact.stiffness, in[contact.node], k[contact.node]);
-    add_block(c_d * contact.damping, in[contact.node], d[contact.node]);
+  for (const Contacts::Block& contact : contacts_) {
+    const NodeLanes moved = weighted(contact.nodes, in);
+    for (const auto& [node, weight] : contact.nodes) {
+      add_block(weight * c_k * contact.stiffness, moved, k[node]);
+      add_block(weight * c_d * contact.damping, moved, d[node]);
+    }
   }
 }
 

@@ -39,7 +39,7 @@ class Tangents {
   std::vector<ElementTangent<TetraShape>> tetrahedra_;
   std::vector<ElementTangent<HexaShape>> hexahedra_;
   std::shared_ptr<const StressHistory> history_;
-  std::vector<PartContacts::Block> contacts_;
+  std::vector<Contacts::Block> contacts_;
 };
 
 }  // namespace palpate

@@ -35,6 +35,8 @@ class SceneHash {
       for (const double number : {part->friction, part->stiffness_ratio}) feed(number);
       for (const Vec3& vertex : part->vertices) feed(vertex);
     }
+    for (const Member& member : body.members)
+      for (const double number : {member.friction, member.touches_itself ? 1.0 : 0.0}) feed(number);
   }
   void feed(const ToolSpec& tool) {
     word(static_cast<std::uint64_t>(tool.contact));

@@ -76,7 +76,7 @@ void ExplicitBody::add_forces(const NodeArrays& at_u, const NodeArrays& at_v) {
       [&](std::uint32_t i) { return at_v.at(i); }, [&](std::uint32_t i, const Vec3& force) { f.set(i, f.at(i) + force); });
 }
 
-void ExplicitBody::follow_parts() {
+void ExplicitBody::follow_contacts() {
   anchors_ = dynamics_->contacts().followed(
       anchors_.get(), [&](std::uint32_t i) { return Vec3(body().nodes[i] + u.at(i)); }, [&](std::uint32_t i) { return v.at(i); });
 }

@@ -39,10 +39,10 @@ class ExplicitBody {
   /// [s], as a single reading of a device may jump.
   void give(BodyState& state, const std::vector<ToolPort>& ports, const ToolMotion& tools, double until_s) const;
 
-  /// Adds the forces of the elements, and of contacts with rigid parts, to f.
+  /// Adds the forces of the elements, and of contacts, to f.
   void add_forces(const NodeArrays& at_u, const NodeArrays& at_v);
-  /// Moves the anchors of friction with rigid parts to where they are at the end of a step.
-  void follow_parts();
+  /// Moves the anchors of friction to where they are at the end of a step.
+  void follow_contacts();
   /// Computes `a` from f, and sets f to zero.
   void accelerate(NodeArrays& a);
   /// Returns the displacement of a node that is moved to `to`; within the plane if the body is planar.
@@ -116,7 +116,7 @@ class ExplicitBody {
   SpringBlocks springs_;
   HexaForces hexahedra_;
   RestingBlocks blocks_;
-  std::shared_ptr<const PartAnchors> anchors_;
+  std::shared_ptr<const ContactAnchors> anchors_;
   std::vector<double> unbalanced_;  // per block [N]
   double left_out_n_ = 0, needed_ = 0, evaluations_ = 0;
   ThreadPool* pool_ = nullptr;

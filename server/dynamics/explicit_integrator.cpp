@@ -176,7 +176,7 @@ void ExplicitIntegrator::step(std::vector<ToolPort>& ports, double begin_s, doub
     std::swap(body_.v, v_);
   }
   close_contacts(ports, begin_s + h, h);
-  body_.follow_parts();
+  body_.follow_contacts();
   if (is_leapfrog()) accelerate(body_.u, v_, ports, a_0_);
   body_.wake_disturbed(a_0_, is_leapfrog() ? 1 : static_cast<int>(method_->stages.size()));
   watch(h);

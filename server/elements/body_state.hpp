@@ -9,7 +9,7 @@
 namespace palpate {
 
 struct StressHistory;
-struct PartAnchors;
+struct ContactAnchors;
 
 /// Forces on the nodes that hold together what a cut has parted, and fade: load exp(-(t - begin) / kLetGoS)
 /// (docs/decisions/0081-a-live-blade.md).
@@ -26,8 +26,8 @@ struct BodyState {
   Vector x, v;
   std::shared_ptr<const StressHistory> history =
       nullptr;  ///< of a solid whose stress relaxes (relaxation.hpp); null: nothing has relaxed yet
-  std::shared_ptr<const Traction> traction = nullptr;    ///< of a body that was cut lately
-  std::shared_ptr<const PartAnchors> anchors = nullptr;  ///< of friction with rigid parts (part_contacts.hpp); null: none touches
+  std::shared_ptr<const Traction> traction = nullptr;       ///< of a body that was cut lately
+  std::shared_ptr<const ContactAnchors> anchors = nullptr;  ///< of friction (contacts.hpp); null: nothing touches
 };
 
 inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }

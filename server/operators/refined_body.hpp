@@ -42,7 +42,7 @@ class RefinedBody final : public BodyOperator {
   static constexpr std::size_t kCoarsePieces = 16;    ///< of a coarse space for solves; 64 cost more than the matrix itself
   static constexpr std::uint32_t kNodesLeast = 2500;  ///< for a smaller body the whole body is as good
 
-  /// Returns true for springs or finite elements in three dimensions with at least kNodesLeast nodes.
+  /// Returns true for springs or finite elements in three dimensions with at least kNodesLeast nodes, of one body.
   static bool suits(const Dynamics& dynamics);
   /// `dynamics` must outlive it.
   explicit RefinedBody(const Dynamics& dynamics);

@@ -155,26 +155,28 @@ void RefinedTangents::add_far(TangentMatrices& to) const {
           rate_1_s * body_->masses()[3 * static_cast<Eigen::Index>(row) + axis];
 }
 
-void RefinedTangents::add_contact(const PartContacts::Block& contact, TangentMatrices& to) const {
+void RefinedTangents::add_contact(const Contacts::Block& contact, TangentMatrices& to) const {
+  assert(contact.nodes.size() == 1);  // RefinedBody::suits() no body with others
+  const std::uint32_t node = contact.nodes.front().first;
   Pair pair;
   for (Eigen::Index n = 0; n < 9; ++n) {
     pair[n] = contact.stiffness(n / 3, n % 3);
     pair[9 + n] = contact.damping(n / 3, n % 3);
   }
-  if (const std::uint32_t row = body_->coordinate(contact.node); row != RefinedBody::kNone) {
+  if (const std::uint32_t row = body_->coordinate(node); row != RefinedBody::kNone) {
     to.at(pattern_.pattern().diagonal(row)) += pair;
     return;
   }
-  const FarField::Shape& n = body_->far().shape(contact.node);
+  const FarField::Shape& n = body_->far().shape(node);
   CornerTangent at_corners;
   std::size_t k = 0;
   for (Eigen::Index p = 0; p < n.size(); ++p)
     for (Eigen::Index q = p; q < n.size(); ++q, ++k) at_corners[k] = n[p] * n[q] * pair;
-  add_to_corners(body_->far().cell_of(contact.node), at_corners, to);
+  add_to_corners(body_->far().cell_of(node), at_corners, to);
 }
 
 void RefinedTangents::add_near(bool clamp, TangentMatrices& to) const {
-  for (const PartContacts::Block& contact : body_->dynamics().contacts().tangents(*state_)) add_contact(contact, to);
+  for (const Contacts::Block& contact : body_->dynamics().contacts().tangents(*state_)) add_contact(contact, to);
   for (const Near& near : near_) {
     const std::vector<Pair> sums = near.subset.sums(*state_, clamp);
     for (std::size_t k = 0; k < sums.size(); ++k) {

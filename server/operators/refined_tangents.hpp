@@ -99,7 +99,8 @@ class RefinedTangents {
   void add_far(TangentMatrices& to) const;
   /// Adds the elements of near_, and contacts with rigid parts.
   void add_near(bool clamp, TangentMatrices& to) const;
-  void add_contact(const PartContacts::Block& contact, TangentMatrices& to) const;
+  /// `contact` is with a rigid part.
+  void add_contact(const Contacts::Block& contact, TangentMatrices& to) const;
   void add_to_corners(std::uint32_t cell, const CornerTangent& tangent, TangentMatrices& to) const;
   /// Adds a block with the rows of coordinate p and the columns of q.
   static void add(const Pair& pair, std::uint32_t p, std::uint32_t q, std::uint32_t entry, TangentMatrices& to);

@@ -6,14 +6,14 @@
 
 namespace palpate {
 
-void add_ligaments(LumpedBody& body, const std::vector<LigamentSettings>& ligaments, const SceneText& text) {
-  const auto own = static_cast<std::uint32_t>(body.nodes.size());
+void add_ligaments(LumpedBody& body, std::uint32_t first, std::uint32_t end, const std::vector<LigamentSettings>& ligaments,
+                   const SceneText& text) {
   for (std::size_t k = 0; k < ligaments.size(); ++k) {
     const LigamentSettings& ligament = ligaments[k];
     std::vector<std::uint32_t> ends;
     double nearest_m = std::numeric_limits<double>::infinity();
     bool ends_there = false;  // true if a node in reach lies at the ligament's other end
-    for (std::uint32_t i = 0; i < own; ++i) {
+    for (std::uint32_t i = first; i < end; ++i) {
       if (body.fixed[i]) continue;
       const double distance_m = (body.nodes[i] - ligament.from_m).norm();
       nearest_m = std::min(nearest_m, distance_m);

@@ -2,45 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <set>
 
 #include "common/base/plain_text.hpp"
 #include "server/scene/mesh_file.hpp"
 #include "server/scene/mesh_solid.hpp"
+#include "server/scene/overlap.hpp"
 #include "server/scene/settings_fields.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr std::uint32_t kUsualColour = 0xc8c8d0;
-
-std::uint32_t read_colour(const SceneText& text, const std::string& path, const std::string& given) {
-  if (!text.has(path)) return kUsualColour;
-  constexpr std::size_t kDigits = 6;
-  std::uint32_t colour = 0;
-  const char* const end = given.data() + given.size();
-  const bool is_colour =
-      given.size() == 1 + kDigits && given[0] == '#' && std::from_chars(given.data() + 1, end, colour, 16).ptr == end;
-  if (!is_colour) text.refuse(path, "a colour \"#rrggbb\" in hexadecimal digits");
-  return colour;
-}
-
-struct Overlap {
-  double depth_m = 0;
-  Vec3 place = Vec3::Zero();
-};
-
-/// Deepest of these points in a solid.
-template <class Points>
-Overlap deepest(const SignedDistance& solid, const Points& points) {
-  Overlap most;
-  for (const Vec3& p : points) {
-    if (!solid.bounds().contains(p)) continue;
-    if (const double depth_m = -solid.distance(p); depth_m > most.depth_m) most = {depth_m, p};
-  }
-  return most;
-}
 
 RigidPart grid_of(TriangleMesh mesh, const SignedDistance& solid, const Mat3& rotation) {
   RigidPart part;
@@ -76,8 +49,8 @@ std::vector<PartSettings> read_parts(const SceneText& text, const SceneSettings&
     if (!part.mesh) text.refuse(path + ".mesh", "an object with the file of a closed surface");
     text.in_range(path + ".mu", part.mu, 0, 2, "");
     text.in_range(path + ".stiffness_ratio", part.stiffness_ratio, 0.1, 100, "");
-    out.push_back({part.name, read_mesh_file(text, path + ".mesh", *part.mesh), read_colour(text, path + ".colour", part.colour),
-                   part.mu, part.stiffness_ratio});
+    out.push_back({part.name, read_mesh_file(text, path + ".mesh", *part.mesh),
+                   read_colour(text, path + ".colour", part.colour, kUsualColour), part.mu, part.stiffness_ratio});
   }
   return out;
 }

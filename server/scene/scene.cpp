@@ -6,6 +6,7 @@
 #include "server/scene/lattice.hpp"
 #include "server/scene/ligaments.hpp"
 #include "server/scene/lump.hpp"
+#include "server/scene/members.hpp"
 #include "server/scene/mesh_body.hpp"
 #include "server/scene/parts.hpp"
 #include "server/scene/scene_text.hpp"
@@ -63,6 +64,22 @@ void cut_out(Scene& scene, const SceneSettings& settings, const SceneText& text)
   if (scene.tool.node == kNoNode) text.refuse("tool.node", "tool.node is in a piece that the cuts take off", "another node");
 }
 
+LumpedBody build_members(const std::vector<MemberSettings>& members, const SceneText& text) {
+  std::vector<LumpedBody> bodies;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const MemberSettings& member = members[i];
+    const SceneText one = text.of_member(i);
+    LumpedBody& body =
+        bodies.emplace_back(member.mesh ? build_mesh_body(*member.mesh, one) : build_lattice(member.lattice, one).body);
+    const SolidSettings& solid = member.mesh ? member.mesh->solid : *member.lattice.solid;
+    if (solid.capsule) add_capsule(body, *solid.capsule);
+  }
+  LumpedBody all = join_members(std::move(bodies), members, text);
+  for (std::size_t i = 0; i < members.size(); ++i)
+    add_ligaments(all, all.members[i].first_node, all.members[i].end_node, members[i].ligaments, text.of_member(i));
+  return all;
+}
+
 Scene build(const SceneText& text) {
   const SceneSettings settings = read_settings(text);
   Scene scene;
@@ -70,7 +87,10 @@ Scene build(const SceneText& text) {
   scene.tool = settings.tool;
   scene.solver.step_s = settings.step_ms * 1e-3;
   scene.solver.integrator = settings.integrator;
-  if (settings.mesh) {
+  if (!settings.members.empty()) {
+    scene.body = build_members(settings.members, text);
+    scene.tool.node = middle_of_top(scene.body);
+  } else if (settings.mesh) {
     scene.body = build_mesh_body(*settings.mesh, text);
     scene.tool.node = middle_of_top(scene.body);
   } else {
@@ -82,7 +102,7 @@ Scene build(const SceneText& text) {
   if (settings.task) scene.task = fit_task(scene.body, settings, text);
   const std::optional<SolidSettings>& solid = settings.mesh ? settings.mesh->solid : settings.lattice.solid;
   if (solid && solid->capsule) add_capsule(scene.body, *solid->capsule);
-  add_ligaments(scene.body, settings.ligaments, text);
+  add_ligaments(scene.body, 0, static_cast<std::uint32_t>(scene.body.nodes.size()), settings.ligaments, text);
   if (!settings.cuts.empty()) cut_out(scene, settings, text);
   scene.body.is_loaded = settings.is_loaded;
   scene.body.tissue = settings.tissue;

@@ -87,7 +87,7 @@ struct EmbeddedVertex {
   bool is_wall = false;  ///< true: it lay inside the body before the cut
 };
 
-/// A rigid part beside the body, which never moves (server/body/part_contacts.hpp).
+/// A rigid part beside the body, which never moves (server/body/contacts.hpp).
 struct RigidPart {
   std::string name;
   std::uint32_t colour = 0;         ///< 0xrrggbb
@@ -97,6 +97,17 @@ struct RigidPart {
   std::vector<Triangle> triangles;  ///< closed, counter-clockwise outward
   DistanceGrid distance;
   Eigen::AlignedBox3d box;
+};
+
+/// One of several bodies in a LumpedBody, which may touch the others (server/body/body_contacts.hpp): a solid with its own
+/// surface.
+struct Member {
+  std::string name;
+  std::uint32_t colour = 0;                      ///< 0xrrggbb
+  double friction = 0;                           ///< Coulomb mu; between two their geometric mean
+  bool touches_itself = false;                   ///< true: distant parts of it may touch, too
+  std::uint32_t first_node = 0, end_node = 0;    ///< its nodes, and with them its cells and triangles
+  std::shared_ptr<const DistanceGrid> distance;  ///< from its surface at rest
 };
 
 /// A body of lumped masses before it moves, joined by springs or filled with finite elements of one kind, and held by ligaments:
@@ -121,7 +132,8 @@ struct LumpedBody {
   double left_out_share = 0;        ///< share of the volume inside a closed surface that was dropped (clip.hpp)
   std::vector<TissueLayer> tissue;  ///< for needles
   std::vector<std::shared_ptr<const RigidPart>> parts;  ///< that it may touch
-  bool is_loaded = false;  ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
+  std::vector<Member> members;  ///< what touches each other of it; empty: it is one body that does not touch itself
+  bool is_loaded = false;       ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
   std::size_t vertices() const { return nodes.size() + embedded.size(); }

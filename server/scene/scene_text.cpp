@@ -59,18 +59,33 @@ SceneText::SceneText(const std::string& text, const std::filesystem::path& file,
     : file_(file), folders_(std::move(folders)) {
   if (text.size() > kMaxSceneBytes)
     throw InputError(file.string(), "is too long", "at most " + std::to_string(kMaxSceneBytes) + " bytes");
-  root_ = parse_json(text, file.string());
+  root_ = std::make_shared<const Json>(parse_json(text, file.string()));
   flatbuffers::Parser parser(strict());
   if (!parser.Parse(schema::kSceneFbs)) throw std::logic_error("schema/scene.fbs: " + parser.error_);
-  check_against_schema(root_, parser, file.string());
+  check_against_schema(*root_, parser, file.string());
   if (!parser.ParseJson(text.c_str(), file.string().c_str())) {
     throw_parser_error(file.string(), parser.error_);
   }
-  flatbuffers::GetRoot<schema::Scene>(parser.builder_.GetBufferPointer())->UnPackTo(&values_);
+  values_ =
+      std::shared_ptr<const schema::SceneT>(flatbuffers::GetRoot<schema::Scene>(parser.builder_.GetBufferPointer())->UnPack());
 }
 
-const Json* SceneText::find(const std::string& path, const Json** innermost) const {
-  const Json* at = &root_;
+SceneText SceneText::of_member(std::size_t i) const {
+  SceneText one = *this;
+  one.body_ = "bodies[" + std::to_string(i) + "]";
+  return one;
+}
+
+std::string SceneText::named(const std::string& path) const {
+  constexpr std::string_view kBody = "body";
+  const bool is_of_body =
+      path.starts_with(kBody) && (path.size() == kBody.size() || path[kBody.size()] == '.' || path[kBody.size()] == ' ');
+  return is_of_body ? body_ + path.substr(kBody.size()) : path;
+}
+
+const Json* SceneText::find(const std::string& in_scene, const Json** innermost) const {
+  const std::string path = named(in_scene);
+  const Json* at = root_.get();
   std::size_t i = 0;
   while (at && i < path.size()) {
     if (innermost) *innermost = at;
@@ -92,7 +107,7 @@ const Json* SceneText::find(const std::string& path, const Json** innermost) con
 bool SceneText::has(const std::string& path) const { return find(path) != nullptr; }
 
 std::string SceneText::where(const std::string& path) const {
-  const Json* innermost = &root_;
+  const Json* innermost = root_.get();
   find(path, &innermost);
   return file_.string() + ":" + std::to_string(innermost->line);
 }
@@ -124,7 +139,7 @@ void SceneText::refuse(const std::string& path, const std::string& expected) con
 }
 
 void SceneText::refuse(const std::string& path, const std::string& what, const std::string& expected) const {
-  throw InputError(where(path), what, expected);
+  throw InputError(where(path), named(what), expected);
 }
 
 void SceneText::in_range(const std::string& path, double value, double low, double high, const char* unit) const {

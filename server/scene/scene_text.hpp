@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "common/json/json.hpp"
@@ -21,7 +22,10 @@ class SceneText {
   /// `folders`.
   SceneText(const std::string& json, const std::filesystem::path& file, MeshFolders folders = {});
 
-  const schema::SceneT& values() const { return values_; }
+  /// Returns the text as a scene whose "body" is bodies[i]: paths that begin with it, and errors, are those of that body.
+  SceneText of_member(std::size_t i) const;
+
+  const schema::SceneT& values() const { return *values_; }
   const std::filesystem::path& file() const { return file_; }
 
   /// Paths look like "body.lattice.layers[1].below_z_m".
@@ -43,11 +47,14 @@ class SceneText {
 
  private:
   const Json* find(const std::string& path, const Json** innermost = nullptr) const;
+  /// Returns a path, or a text that begins with one, by the names of the file.
+  std::string named(const std::string& path) const;
 
   std::filesystem::path file_;
   MeshFolders folders_;
-  Json root_;
-  schema::SceneT values_;
+  std::shared_ptr<const Json> root_;
+  std::shared_ptr<const schema::SceneT> values_;
+  std::string body_ = "body";  // what "body" is in the file
 };
 
 }  // namespace palpate

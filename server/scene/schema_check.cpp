@@ -83,6 +83,8 @@ class Checker {
       }
     } else if (type.base_type == flatbuffers::BASE_TYPE_STRING) {
       require(json, Kind::string, path);
+    } else if (type.base_type == flatbuffers::BASE_TYPE_BOOL) {
+      require(json, Kind::boolean, path);
     } else {
       require(json, Kind::number, path);
       number(json, flatbuffers::IsInteger(type.base_type), path);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "common/base/plain_text.hpp"
@@ -296,12 +297,13 @@ void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSetti
   out.fixed = read_fixing(text, kLattice, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, out.planar);
 }
 
-void read_ligaments(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
+std::vector<LigamentSettings> read_ligaments(const SceneText& text, const schema::BodyT& body, bool planar) {
+  std::vector<LigamentSettings> out;
   constexpr double kMostM = 2 * kMaxCoordinateM;
   for (std::size_t i = 0; i < body.ligaments.size(); ++i) {
     const auto& in = *body.ligaments[i];
     const std::string path = at("body.ligaments", i);
-    if (out.lattice.planar) text.refuse(path, path + " is given for a sheet", "a body in three dimensions for it");
+    if (planar) text.refuse(path, path + " is given for a sheet", "a body in three dimensions for it");
     LigamentSettings ligament;
     ligament.from_m = vector(text, path + ".from_m", in.from_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
     ligament.to_m = vector(text, path + ".to_m", in.to_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
@@ -309,8 +311,9 @@ void read_ligaments(const SceneText& text, const schema::BodyT& body, SceneSetti
     ligament.stiffness_n_m = required(text, path + ".stiffness_n_m", in.stiffness_n_m, kMinLigament, kMaxLigament, "N/m");
     text.in_range(path + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxLigament, "N s/m");
     ligament.damping_n_s_m = in.damping_n_s_m;
-    out.ligaments.push_back(ligament);
+    out.push_back(ligament);
   }
+  return out;
 }
 
 void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
@@ -346,7 +349,80 @@ void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& 
   }
 }
 
+MemberSettings read_member(const SceneText& text, const schema::BodyT& in) {
+  MemberSettings out;
+  if (!is_name(in.name)) text.refuse("body.name", std::string("1 to 64 bytes of ") + kNameCharacters);
+  out.name = in.name;
+  out.colour = read_colour(text, "body.colour", in.colour, kUsualBodyColour);
+  text.in_range("body.mu", in.mu, 0, 2, "");
+  out.friction = in.mu;
+  out.touches_itself = in.self_contact;
+  for (const char* field : {"body.lump", "body.cuts", "body.tissue"})
+    if (text.has(field)) text.refuse(field, std::string(field) + " is given among several bodies", "it in a scene with one body");
+  if (choice(text, "body.reference_configuration", in.reference_configuration, kGivenShapeNames, 0) == 1)
+    text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\" among several bodies",
+                "\"stress-free\"");
+  if (in.mesh)
+    out.mesh = read_mesh_body(text, in);
+  else
+    read_lattice(text, in, out.lattice);
+  if (!out.mesh && !out.lattice.solid)
+    text.refuse("body.lattice", "body.lattice is of springs among several bodies", "a solid: finite elements");
+  out.ligaments = read_ligaments(text, in, false);
+  return out;
+}
+
+void read_body(const SceneText& text, SceneSettings& out) {
+  const auto& in = text.values();
+  if (!in.body) text.refuse("body", "an object with a lattice or a mesh");
+  for (const char* field : {"body.name", "body.colour", "body.mu", "body.self_contact"})
+    if (text.has(field)) text.refuse(field, std::string(field) + " is given for the only body", "it in a list of bodies");
+  if (in.body->mesh)
+    out.mesh = read_mesh_body(text, *in.body);
+  else
+    read_lattice(text, *in.body, out.lattice);
+  out.ligaments = read_ligaments(text, *in.body, out.lattice.planar);
+  out.is_loaded = choice(text, "body.reference_configuration", in.body->reference_configuration, kGivenShapeNames, 0) == 1;
+  const Vec3& gravity = out.mesh ? out.mesh->gravity_m_s2 : out.lattice.gravity_m_s2;
+  if (out.is_loaded && gravity.squaredNorm() == 0)
+    text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\", but nothing loads the body",
+                "gravity_m_s2");
+  out.tissue = read_tissue(text, *in.body);
+  read_tool(text, in.tool ? *in.tool : schema::ToolT(), *in.body, out);
+  out.lump = read_lump(text, out.lattice.planar);
+  read_cuts(text, *in.body, out);
+}
+
+std::vector<MemberSettings> read_members(const SceneText& text) {
+  const auto& in = text.values().bodies;
+  std::vector<MemberSettings> out;
+  if (text.has("body")) text.refuse("bodies", "body and bodies are both given", "one of them");
+  if (in.empty() || in.size() > kMostMembers)
+    text.refuse("bodies", fmt::format("bodies has {} of them", in.size()), fmt::format("1 to {}", kMostMembers));
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const SceneText one = text.of_member(i);
+    out.push_back(read_member(one, *in[i]));
+    for (std::size_t k = 0; k < i; ++k)
+      if (out[k].name == out[i].name)
+        one.refuse("body.name", "body.name is \"" + out[i].name + "\", as that of a body before", "a name of its own");
+  }
+  for (const char* field : {"tool.node", "tool.needle", "tool.blade"})
+    if (text.has(field)) text.refuse(field, std::string(field) + " is given with bodies", "it in a scene with one body");
+  return out;
+}
+
 }  // namespace
+
+std::uint32_t read_colour(const SceneText& text, const std::string& path, const std::string& given, std::uint32_t usual) {
+  if (!text.has(path)) return usual;
+  constexpr std::size_t kDigits = 6;
+  std::uint32_t colour = 0;
+  const char* const end = given.data() + given.size();
+  const bool is_colour =
+      given.size() == 1 + kDigits && given[0] == '#' && std::from_chars(given.data() + 1, end, colour, 16).ptr == end;
+  if (!is_colour) text.refuse(path, "a colour \"#rrggbb\" in hexadecimal digits");
+  return colour;
+}
 
 MeshSettings read_mesh_file(const SceneText& text, const std::string& path, const schema::MeshFileT& in) {
   if (in.file.empty()) text.refuse(path + ".file", "the name of an OBJ or STL file");
@@ -365,22 +441,13 @@ SceneSettings read_settings(const SceneText& text) {
   out.name = text.has("name") ? in.name : text.file().stem().string();
   if (text.has("name") && !is_name(in.name)) text.refuse("name", std::string("1 to 64 bytes of ") + kNameCharacters);
   if (!text.has("name")) out.name = is_plain_name(out.name) ? cut_text(out.name, kMaxNameBytes) : "scene";
-  if (!in.body) text.refuse("body", "an object with a lattice or a mesh");
-  if (in.body->mesh)
-    out.mesh = read_mesh_body(text, *in.body);
-  else
-    read_lattice(text, *in.body, out.lattice);
-  read_ligaments(text, *in.body, out);
-  out.is_loaded = choice(text, "body.reference_configuration", in.body->reference_configuration, kGivenShapeNames, 0) == 1;
-  const Vec3& gravity = out.mesh ? out.mesh->gravity_m_s2 : out.lattice.gravity_m_s2;
-  if (out.is_loaded && gravity.squaredNorm() == 0)
-    text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\", but nothing loads the body",
-                "gravity_m_s2");
-  out.tissue = read_tissue(text, *in.body);
-  read_tool(text, in.tool ? *in.tool : schema::ToolT(), *in.body, out);
+  if (text.has("bodies")) {
+    out.members = read_members(text);
+    read_tool(text, in.tool ? *in.tool : schema::ToolT(), schema::BodyT(), out);
+  } else {
+    read_body(text, out);
+  }
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
-  out.lump = read_lump(text, out.lattice.planar);
-  read_cuts(text, *in.body, out);
   out.task = read_task_settings(text, out.lump);
   out.parts = read_parts(text, out);
   return out;

@@ -133,8 +133,20 @@ struct PartSettings {
   double friction = 0, stiffness_ratio = 0;
 };
 
+/// One of several bodies (members.hpp).
+struct MemberSettings {
+  std::string name;
+  std::uint32_t colour = 0;  ///< 0xrrggbb
+  double friction = 0;
+  bool touches_itself = false;
+  LatticeSettings lattice;
+  std::optional<MeshBodySettings> mesh;  ///< replaces the lattice
+  std::vector<LigamentSettings> ligaments;
+};
+
 struct SceneSettings {
   std::string name;
+  std::vector<MemberSettings> members = {};  ///< replace the lattice, the mesh and the ligaments below
   LatticeSettings lattice;
   std::optional<MeshBodySettings> mesh;  ///< replaces the lattice
   std::vector<LigamentSettings> ligaments;
@@ -156,6 +168,8 @@ SceneSettings read_settings(const SceneText& text);
 /// Returns the settings as a scene file that reads back to the same settings.
 Json to_json(const SceneSettings& settings);
 
+inline constexpr std::size_t kMostMembers = 8;
+inline constexpr std::uint32_t kUsualBodyColour = 0xc86464;
 inline constexpr double kMaxCoordinateM = 5;  ///< keeps every node well inside kWorldExtentM
 
 inline constexpr std::array<const char*, 6> kFaceNames = {"x-", "x+", "y-", "y+", "z-", "z+"};

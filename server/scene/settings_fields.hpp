@@ -75,6 +75,8 @@ double read_density(const SceneText& text, const std::string& path, double usual
 ToolShape read_tool_body(const SceneText& text, const std::string& path, const schema::ToolBodyT& in);
 /// Returns true for 1 to 64 bytes that may go into logs and onto screens.
 bool is_name(const std::string& name);
+/// Reads "#rrggbb" at `path`.
+std::uint32_t read_colour(const SceneText& text, const std::string& path, const std::string& given, std::uint32_t usual);
 /// Reads a surface at `path`.
 MeshSettings read_mesh_file(const SceneText& text, const std::string& path, const schema::MeshFileT& in);
 /// Defined in parts.cpp.

@@ -224,16 +224,12 @@ Json to_json(const TaskSettings& task) {
   return out;
 }
 
-}  // namespace
-
-Json to_json(const SceneSettings& settings) {
-  Json out = Json::object();
-  out.add("name", Json::string(settings.name));
-  Json& body = out.add("body", Json::object());
-  settings.mesh ? body.add("mesh", to_json(*settings.mesh)) : body.add("lattice", to_json(settings.lattice));
-  if (!settings.ligaments.empty()) {
+void add_shape_of_body(Json& body, const std::optional<MeshBodySettings>& mesh, const LatticeSettings& lattice,
+                       const std::vector<LigamentSettings>& springs) {
+  mesh ? body.add("mesh", to_json(*mesh)) : body.add("lattice", to_json(lattice));
+  if (!springs.empty()) {
     Json& ligaments = body.add("ligaments", Json::array());
-    for (const LigamentSettings& ligament : settings.ligaments) {
+    for (const LigamentSettings& ligament : springs) {
       Json item = Json::object();
       item.add("from_m", list(ligament.from_m));
       item.add("radius_m", Json::number(ligament.radius_m));
@@ -243,6 +239,10 @@ Json to_json(const SceneSettings& settings) {
       ligaments.items.push_back(std::move(item));
     }
   }
+}
+
+void add_body(Json& body, const SceneSettings& settings) {
+  add_shape_of_body(body, settings.mesh, settings.lattice, settings.ligaments);
   body.add("reference_configuration", Json::string(kGivenShapeNames[settings.is_loaded ? 1 : 0]));
   if (settings.lump) body.add("lump", to_json(*settings.lump));
   if (!settings.cuts.empty()) {
@@ -265,6 +265,27 @@ Json to_json(const SceneSettings& settings) {
       item.add("friction_n_m", Json::number(layer.friction_n_m));
       tissue.items.push_back(std::move(item));
     }
+  }
+}
+
+}  // namespace
+
+Json to_json(const SceneSettings& settings) {
+  Json out = Json::object();
+  out.add("name", Json::string(settings.name));
+  if (!settings.members.empty()) {
+    Json& bodies = out.add("bodies", Json::array());
+    for (const MemberSettings& member : settings.members) {
+      Json item = Json::object();
+      item.add("name", Json::string(member.name));
+      item.add("colour", Json::string(fmt::format("#{:06x}", member.colour)));
+      item.add("mu", Json::number(member.friction));
+      item.add("self_contact", Json::of(Json::Kind::boolean, member.touches_itself ? "true" : "false"));
+      add_shape_of_body(item, member.mesh, member.lattice, member.ligaments);
+      bodies.items.push_back(std::move(item));
+    }
+  } else {
+    add_body(out.add("body", Json::object()), settings);
   }
   if (!settings.parts.empty()) {
     Json& parts = out.add("parts", Json::array());

@@ -1,6 +1,7 @@
 #include "server/solve/block_matrix.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace palpate {
 
@@ -27,6 +28,38 @@ BlockPattern::BlockPattern(std::uint32_t rows, const std::vector<std::pair<std::
 std::uint32_t BlockPattern::find(std::uint32_t row, std::uint32_t column) const {
   const auto begin = columns_.begin() + first_[row], end = columns_.begin() + first_[row + 1];
   return static_cast<std::uint32_t>(std::lower_bound(begin, end, column) - columns_.begin());
+}
+
+void BlockMatrix::widen(std::vector<Pair> pairs) {
+  std::vector<Pair> missing;  // of both triangles
+  for (const auto& [a, b] : pairs) {
+    if (const std::uint32_t e = find(a, b); e < row_end(a) && column(e) == b) continue;
+    missing.emplace_back(a, b);
+    missing.emplace_back(b, a);
+  }
+  std::sort(missing.begin(), missing.end());
+  const std::vector<std::uint32_t> first = std::exchange(first_, {0}), columns = std::exchange(columns_, {});
+  const std::vector<double> values = std::exchange(values_, {});
+  values_.reserve(values.size() + 9 * missing.size());
+  columns_.reserve(columns.size() + missing.size());
+  auto next = missing.begin();
+  for (std::uint32_t i = 0; i + 1 < first.size(); ++i) {
+    const auto add_until = [&](std::uint32_t column) {
+      for (; next != missing.end() && next->first == i && next->second < column; ++next) {
+        columns_.push_back(next->second);
+        values_.insert(values_.end(), 9, 0.0);
+      }
+    };
+    for (std::uint32_t e = first[i]; e < first[i + 1]; ++e) {
+      add_until(columns[e]);
+      if (columns[e] == i) diagonal_[i] = static_cast<std::uint32_t>(columns_.size());
+      columns_.push_back(columns[e]);
+      values_.insert(values_.end(), values.begin() + 9 * std::ptrdiff_t{e}, values.begin() + 9 * (std::ptrdiff_t{e} + 1));
+    }
+    add_until(0xffffffff);
+    first_.push_back(static_cast<std::uint32_t>(columns_.size()));
+  }
+  widened_by_ = std::move(pairs);
 }
 
 void BlockMatrix::multiply(const Vector& x, Vector& y) const {

@@ -1,4 +1,4 @@
-// A sparse symmetric matrix of 3x3 blocks on a pattern that never changes (one block row a node).
+// A sparse symmetric matrix of 3x3 blocks on a pattern that changes where it is widened alone (one block row a node).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,6 +19,8 @@ enum class Triangles { both, upper };
 /// Rows and columns of the blocks.
 class BlockPattern {
  public:
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;
+
   BlockPattern() = default;
   /// The diagonal and both blocks of every pair, or the upper one.
   BlockPattern(std::uint32_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs, Triangles triangles);
@@ -32,7 +34,7 @@ class BlockPattern {
   std::uint32_t find(std::uint32_t row, std::uint32_t column) const;
   std::uint32_t block_count() const { return static_cast<std::uint32_t>(columns_.size()); }
 
- private:
+ protected:
   std::vector<std::uint32_t> first_, columns_, diagonal_;
 };
 
@@ -50,6 +52,11 @@ class BlockMatrix : public BlockPattern {
   Eigen::Map<const Block> block(std::uint32_t entry) const {
     return Eigen::Map<const Block>(values_.data() + 9 * std::size_t{entry});
   }
+  /// Adds zero blocks for pairs (a, b), a < b, ascending, to both triangles. Once: a copy of what it was before can be widened
+  /// anew.
+  void widen(std::vector<Pair> pairs);
+  /// Pairs that it was widened by: matrices that began as one have the same pattern if these are the same.
+  const std::vector<Pair>& widened_by() const { return widened_by_; }
   void set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
   /// y = A x, of both triangles.
@@ -57,6 +64,7 @@ class BlockMatrix : public BlockPattern {
 
  private:
   std::vector<double> values_;
+  std::vector<Pair> widened_by_;
 };
 
 }  // namespace palpate

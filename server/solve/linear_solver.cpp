@@ -13,6 +13,12 @@ bool LinearSolver::factorises(std::uint32_t nodes, bool planar) {
 }
 
 bool LinearSolver::factorise(const BlockMatrix& a) {
+  if (a.widened_by() != widened_by_) {
+    widened_by_ = a.widened_by();
+    analysed_ = false;
+    sources_.clear();
+    ssor_ = {};
+  }
   if (direct_) return factorise_direct(a);
   a_ = &a;
   return ssor_.pack(a);

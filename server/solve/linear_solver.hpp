@@ -30,8 +30,9 @@ class LinearSolver {
 
   explicit LinearSolver(std::uint32_t rows, Method method = Method::automatic);
 
-  /// Takes the values of A. False when A is not positive definite (direct: found here; iterative: found by solve()).
-  /// The iterative method keeps a reference to A: it must live and stay unchanged until the next factorise().
+  /// Takes the values of A, whose pattern may differ from that of the one before by what it was widened by. False when A is not
+  /// positive definite (direct: found here; iterative: found by solve()). The iterative method keeps a reference to A: it must
+  /// live and stay unchanged until the next factorise().
   bool factorise(const BlockMatrix& a);
   /// x holds the first guess (iterative) and the answer. `tolerance` is relative to |b| (iterative).
   SolveStats solve(const Vector& b, double tolerance, Vector& x);
@@ -48,6 +49,7 @@ class LinearSolver {
   std::vector<std::pair<std::uint32_t, int>> sources_;  // value k of lower_ = component `second` of block `first`
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt_;
   bool analysed_ = false;
+  std::vector<BlockPattern::Pair> widened_by_;  // of the matrix whose pattern is known
   // iterative
   const BlockMatrix* a_ = nullptr;
   SsorConjugateGradients ssor_;

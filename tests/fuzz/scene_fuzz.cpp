@@ -1,5 +1,6 @@
 // Arbitrary text: a scene is refused with an InputError, or its settings, written and read back, are the same, and its body is
 // finite and in range.
+#include <algorithm>
 #include <cstdlib>
 
 #include "common/base/error.hpp"
@@ -28,9 +29,13 @@ const std::vector<std::string> kScenes{
     R"({ "body": { "lattice": { "nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "solid": { "material": "liver" } } },
   "tool": { "body": { "jaws": { "hinge_z_m": 0.03, "open_deg": 50 }, "spheres": [ { "center_m": [0, 0, 0.04], "radius_m": 0.003 } ],
   "capsules": [ { "from_m": [0.003, 0, 0], "to_m": [0.003, 0, 0.02], "radius_m": 0.003, "spheres": 2, "jaw": -1 } ] } } })",
+    R"({ "bodies": [ { "name": "a", "lattice": { "nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "solid": { "young_pa": 3000 } } },
+  { "name": "b", "colour": "#102030", "mu": 0.1, "self_contact": true, "lattice": { "nodes": [2, 2, 2], "size_m": [0.01, 0.01, 0.01],
+  "origin_m": [0, 0, 0.02], "solid": { "young_pa": 9000 } } } ] })",
     R"({ "body": { "lattice": { "spacing_m": 0.02, "clip": { "mesh": { "file": "../a.obj", "scale": 1 } }, "stiffness_n_m": 20, "damping_n_s_m": 1 } } })"};
 const std::vector<std::string_view> kWords{"\"name\": ",
                                            "\"body\": ",
+                                           "\"bodies\": ",
                                            "\"lattice\": ",
                                            "\"nodes\": ",
                                            "\"size_m\": ",
@@ -73,8 +78,11 @@ const std::vector<std::string_view> kWords{"\"name\": ",
 /// Limits bodies to a size of which a fuzzer builds some thousands per minute.
 bool is_small(const SceneSettings& settings) {
   constexpr int kMostNodes = 512;
-  const auto& [x, y, z] = settings.lattice.nodes;
-  return !settings.mesh && settings.lattice.spacing_m == 0 && x * y * z <= kMostNodes;
+  const auto fits = [](const auto& body) {
+    const auto& [x, y, z] = body.lattice.nodes;
+    return !body.mesh && body.lattice.spacing_m == 0 && x * y * z <= kMostNodes;
+  };
+  return fits(settings) && std::ranges::all_of(settings.members, fits);
 }
 
 SceneSettings settings_of(const std::string& json) { return read_settings(SceneText(json, "fuzz.json", {"/"})); }

@@ -103,9 +103,9 @@ TEST_CASE("A block that falls onto a table meets it without a step of force, and
   // What springs and dampers of all nodes below change by at this speed, with twice the stiffness of a compressed body.
   double stiffness = 0;
   const Bench pressed(block_on_table(0, -1e-4), 0);
-  for (const PartContacts::Block& block : pressed.dynamics.contacts().tangents(pressed.state)) stiffness += block.stiffness(2, 2);
+  for (const Contacts::Block& block : pressed.dynamics.contacts().tangents(pressed.state)) stiffness += block.stiffness(2, 2);
   REQUIRE(stiffness > 0);
-  const double onset_m = PartContacts::kOnsetEdges * mean_edge_m(bench.body);
+  const double onset_m = Contacts::kOnsetEdges * mean_edge_m(bench.body);
   const double most_n = 2 * stiffness * speed * kTickS * (1 + 0.004 * speed / onset_m);
   double before_n = 0, energy_j = bench.dynamics.energy(bench.state), largest_n = 0;
   const double gain = kind == 2 ? 0.02 : 1e-4;  // stages of a step do not know of a contact that begins in it

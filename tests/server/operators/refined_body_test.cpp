@@ -364,9 +364,10 @@ TEST_CASE("Contacts with a rigid part have their tangents and forces in the coor
   without.refined.multiply(y, k_without, d_without);
   const Vector moved = moved_by(with.refined, y);
   Vector k = Vector::Zero(moved.size()), d = k, f = k;
-  for (const PartContacts::Block& contact : with.dynamics.contacts().tangents(with.state)) {
-    at_node(k, contact.node) += contact.stiffness * at_node(moved, contact.node);
-    at_node(d, contact.node) += contact.damping * at_node(moved, contact.node);
+  for (const Contacts::Block& contact : with.dynamics.contacts().tangents(with.state)) {
+    const std::uint32_t node = contact.nodes.front().first;
+    at_node(k, node) += contact.stiffness * at_node(moved, node);
+    at_node(d, node) += contact.damping * at_node(moved, node);
   }
   with.dynamics.contacts().add_forces(with.state, f);
   CHECK((k_with - k_without - gathered(with.refined, k)).norm() < 1e-9 * k_with.norm());
