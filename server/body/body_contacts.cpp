@@ -51,10 +51,10 @@ struct BodyContacts::Sides {
   struct Side {
     std::vector<std::uint32_t> nodes;  // of its surface
     std::vector<std::array<std::uint32_t, 8>> cells;
-    std::size_t corners = 8;          // of a cell
-    std::vector<Vec3> centres;        // of cells at rest
-    std::vector<Mat3> inverse;        // of sum_a X_a dw_a/dxi there
-    double edge_m = 0, mean_n_m = 0;  // mean edge of its triangles, mean K_ii of its surface
+    std::size_t corners = 8;           // of a cell
+    std::vector<Vec3> centres;         // of cells at rest
+    std::vector<Mat3> edges, inverse;  // dX/dxi there, and its inverse
+    double edge_m = 0, mean_n_m = 0;   // mean edge of its triangles, mean K_ii of its surface
   };
 
   explicit Sides(const LumpedBody& of);
@@ -63,9 +63,9 @@ struct BodyContacts::Sides {
   double series_n_m(std::uint32_t node, const Side& other) const;
   void meet(std::uint32_t member, const std::vector<std::uint32_t>& nodes, const std::vector<Vec3>& x, const Box& box,
             std::vector<Meeting>& out) const;
-  bool fit(const Side& side, std::size_t cell, const std::vector<Vec3>& x, const Vec3& at, Meeting& meeting,
+  bool fit(const Side& side, std::size_t cell, const std::vector<Vec3>& x, const Vec3& at, Vec3 xi, Meeting& meeting,
            double& beyond) const;
-  Mat3 gradient(const Side& side, std::size_t cell, const std::vector<Vec3>& x) const;
+  static Mat3 edges(const Side& side, std::size_t cell, const std::vector<Vec3>& x);
 
   const LumpedBody* body;
   std::vector<Side> members;
@@ -118,30 +118,32 @@ void BodyContacts::Sides::take_cells(const Cells& cells) {
       cells_of[cell.nodes[a]].push_back(static_cast<std::uint32_t>(side.cells.size() - 1));
     }
     side.centres.push_back(sum / static_cast<double>(side.corners));
-    side.inverse.push_back(Mat3::Identity());
-    side.inverse.back() = gradient(side, side.cells.size() - 1, body->nodes).inverse();
+    side.edges.push_back(edges(side, side.cells.size() - 1, body->nodes));
+    side.inverse.push_back(side.edges.back().inverse());
   }
 }
 
-/// dx/dX at the centre of a cell.
-Mat3 BodyContacts::Sides::gradient(const Side& side, std::size_t cell, const std::vector<Vec3>& x) const {
-  const Shape shape(Vec3::Constant(side.corners == 4 ? 0.25 : 0.5), side.corners);
+/// dx/dxi at the centre of a cell.
+Mat3 BodyContacts::Sides::edges(const Side& side, std::size_t cell, const std::vector<Vec3>& x) {
+  static const Shape hexahedron(Vec3::Constant(0.5), 8), tetrahedron(Vec3::Constant(0.25), 4);
+  const Shape& shape = side.corners == 4 ? tetrahedron : hexahedron;
   Mat3 now = Mat3::Zero();
   for (std::size_t a = 0; a < side.corners; ++a) now += x[side.cells[cell][a]] * shape.slope[a].transpose();
-  return now * side.inverse[cell];
+  return now;
 }
 
 double BodyContacts::Sides::series_n_m(std::uint32_t node, const Side& other) const {
   return kStiffnessRatio / (1 / own_n_m[node] + 1 / other.mean_n_m);
 }
 
-bool BodyContacts::Sides::fit(const Side& side, std::size_t cell, const std::vector<Vec3>& x, const Vec3& at, Meeting& meeting,
-                              double& beyond) const {
-  constexpr int kIterations = 20;
-  constexpr double kFar = 2, kFound = 1e-12;
+/// Looks for a point in a cell, from xi on; true if it is less far beyond the cell than before.
+bool BodyContacts::Sides::fit(const Side& side, std::size_t cell, const std::vector<Vec3>& x, const Vec3& at, Vec3 xi,
+                              Meeting& meeting, double& beyond) const {
+  constexpr int kIterations = 12;
+  constexpr double kFar = 1, kFound = 1e-6;  // quadratic: the step after it is of its square
   const auto& corners = side.cells[cell];
-  Vec3 xi = Vec3::Constant(side.corners == 4 ? 0.25 : 0.5);
-  for (int k = 0; k < kIterations; ++k) {
+  bool found = false;
+  for (int k = 0; k < kIterations && beyond_cell(xi, side.corners) < kFar; ++k) {
     const Shape shape(xi, side.corners);
     Vec3 left = at;
     Mat3 now = Mat3::Zero();
@@ -151,26 +153,25 @@ bool BodyContacts::Sides::fit(const Side& side, std::size_t cell, const std::vec
     }
     const Vec3 step = now.inverse() * left;
     if (!step.allFinite()) return false;
-    if (step.cwiseAbs().maxCoeff() > kFound) {
-      xi += step;
-      if (beyond_cell(xi, side.corners) > kFar) return false;
-      continue;
-    }
-    const double here = beyond_cell(xi, side.corners);
-    if (!(here < beyond)) return false;
-    beyond = here;
-    meeting.corners = corners;
-    meeting.weights = shape.w;
-    meeting.rest.setZero();
-    for (std::size_t a = 0; a < side.corners; ++a) meeting.rest += shape.w[a] * body->nodes[corners[a]];
-    return true;
+    xi += step;
+    found = step.cwiseAbs().maxCoeff() < kFound;
+    if (found) break;
   }
-  return false;
+  const double here = beyond_cell(xi, side.corners);
+  if (!found || !(here < beyond)) return false;
+  beyond = here;
+  meeting.corners = corners;
+  meeting.weights = Shape(xi, side.corners).w;
+  meeting.rest.setZero();
+  for (std::size_t a = 0; a < side.corners; ++a) meeting.rest += meeting.weights[a] * body->nodes[corners[a]];
+  return true;
 }
 
 void BodyContacts::Sides::meet(std::uint32_t member, const std::vector<std::uint32_t>& nodes, const std::vector<Vec3>& x,
                                const Box& box, std::vector<Meeting>& out) const {
   const Side& side = members[member];
+  constexpr double kBeyondByGuess = 0.4, kOutsideByGuess = 0.25;  // by the cell's motion at its centre alone; of an edge
+  const DistanceGrid& distance = *body->members[member].distance;
   const double apart_m = kApartEdges * side.edge_m;
   std::vector<std::pair<double, std::uint32_t>> sweep;  // along x
   for (const std::uint32_t i : nodes)
@@ -188,6 +189,8 @@ void BodyContacts::Sides::meet(std::uint32_t member, const std::vector<std::uint
     const Vec3 margin = kBeyond * cell.sizes();
     cell.min() -= margin, cell.max() += margin;
     if (!cell.intersects(box)) continue;
+    std::optional<Mat3> edges_inverse;
+    Vec3 middle = Vec3::Zero();
     for (auto at = std::lower_bound(sweep.begin(), sweep.end(), std::pair(cell.min().x(), std::uint32_t{0}));
          at != sweep.end() && at->first <= cell.max().x(); ++at) {
       const std::uint32_t i = at->second;
@@ -195,7 +198,16 @@ void BodyContacts::Sides::meet(std::uint32_t member, const std::vector<std::uint
       if (member_of[i] == member && (body->nodes[i] - side.centres[c]).norm() < apart_m) continue;
       const auto known = std::find_if(found.begin(), found.end(), [&](const Found& f) { return f.meeting.node == i; });
       Found here = known == found.end() ? Found() : *known;
-      if (!(here.beyond > 0) || !fit(side, c, x, x[i], here.meeting, here.beyond)) continue;
+      if (!(here.beyond > 0)) continue;
+      if (!edges_inverse) {
+        edges_inverse = edges(side, c, x).inverse();
+        for (std::size_t a = 0; a < side.corners; ++a) middle += x[side.cells[c][a]] / static_cast<double>(side.corners);
+      }
+      const Vec3 xi = Vec3::Constant(side.corners == 4 ? 0.25 : 0.5) + *edges_inverse * (x[i] - middle);
+      if (!(beyond_cell(xi, side.corners) < kBeyondByGuess)) continue;
+      const auto guess = distance.at(side.centres[c] + side.edges[c] * (*edges_inverse * (x[i] - middle)));
+      if (!guess || guess->distance_m > kOutsideByGuess * side.edge_m) continue;
+      if (!fit(side, c, x, x[i], xi, here.meeting, here.beyond)) continue;
       here.meeting.node = i;
       here.meeting.member = member;
       known == found.end() ? found.push_back(here) : void(*known = here);
@@ -203,13 +215,13 @@ void BodyContacts::Sides::meet(std::uint32_t member, const std::vector<std::uint
   }
   std::vector<std::optional<Mat3>> gradients(found.empty() ? 0 : side.cells.size());
   for (Found& f : found) {
-    const auto at = body->members[member].distance->at(f.meeting.rest);
+    const auto at = distance.at(f.meeting.rest);
     if (!at || !(at->distance_m < 0)) continue;
     f.meeting.deformation.setZero();
     for (std::size_t a = 0; a < side.corners; ++a) {
       const std::vector<std::uint32_t>& around = cells_of[f.meeting.corners[a]];
       for (const std::uint32_t c : around) {
-        if (!gradients[c]) gradients[c] = gradient(side, c, x);
+        if (!gradients[c]) gradients[c] = edges(side, c, x) * side.inverse[c];
         f.meeting.deformation += f.meeting.weights[a] / static_cast<double>(around.size()) * *gradients[c];
       }
     }
