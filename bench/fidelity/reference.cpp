@@ -65,7 +65,7 @@ struct ReferenceModel::State {
         integrator(std::in_place, *dynamics, skin, exact_options(scene.body)),
         body(settled_state(*dynamics, s.name)),
         rest(body) {
-    if (scene.tool.needle && scene.tool.needle->is_blade)
+    if (scene.is_cut_live())
       cuts.emplace(BodyInParts{&scene, &skin, &tissue, &dynamics, &body, &rest, &ports});
   }
 

@@ -79,6 +79,7 @@ class SceneHash {
 std::uint64_t scene_hash(const Scene& scene) {
   SceneHash hash;
   hash.feed(scene.body);
+  if (scene.tearing) hash.feed(1.0);
   hash.feed(scene.tool);
   hash.feed(scene.solver);
   return hash.value();

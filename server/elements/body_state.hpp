@@ -11,13 +11,13 @@ namespace palpate {
 struct StressHistory;
 struct ContactAnchors;
 
-/// Forces on the nodes that hold together what a cut has parted, and fade: load exp(-(t - begin) / kLetGoS)
+/// Forces on the nodes that hold together what a cut has parted, and fade: load exp(-(t - begin) / fade)
 /// (docs/decisions/0081-a-live-blade.md).
 struct Traction {
   static constexpr double kLetGoS = 0.1;  ///< shorter: a hand beside the cut feels a step; longer: a cut opens late
-  double begin_s = 0;
+  double begin_s = 0, fade_s = kLetGoS;
   Vector load;  ///< [N]
-  Vector at(double time_s) const { return std::exp((begin_s - time_s) / kLetGoS) * load; }
+  Vector at(double time_s) const { return std::exp((begin_s - time_s) / fade_s) * load; }
 };
 
 /// x, v: 3 N (node 0 x, y, z, node 1 x, ...) [m], [m/s].

@@ -27,14 +27,15 @@ void check(const RecordedCheckpoint& checkpoint, const std::string& where, const
   std::size_t nodes = scene.body.nodes.size();
   const std::vector<CutStep> steps = steps_of(checkpoint.cuts);
   if (!steps.empty()) {
-    if (!scene.tool.needle || !scene.tool.needle->is_blade)
-      throw InputError(where, "its newest checkpoint is of a body that a blade has cut", "a scene with \"tool.blade\"");
-    std::size_t known = 0;
+    if (!scene.is_cut_live())
+      throw InputError(where, "its newest checkpoint is of a body that a blade has cut, or that has torn",
+                       "a scene with \"tool.blade\" or \"body.tears\"");
+    CutBody body = begun_cuts(scene);
+    std::size_t known = body.cuts().size();
     for (const CutStep& step : steps) {
       if (step.cut > known) throw InputError(where, "its newest checkpoint lacks a cut", "all cuts in order");
       known = std::max(known, step.cut + 1);
     }
-    CutBody body(scene.body);
     body.repeat(steps);
     nodes = body.body().nodes.size();
   }

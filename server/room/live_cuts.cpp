@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNoTractionN = 1e-5;
+constexpr double kNoTractionN = 1e-5, kLongAgoS = -1e9;
 
 /// Load on the nodes of a body with its tools.
 Vector load_of(const Dynamics& dynamics, const Skin& skin, const BodyState& state, const std::vector<ToolPort>& ports) {
@@ -71,11 +71,20 @@ std::vector<double> shares_of(const LumpedBody& body) {
 
 }  // namespace
 
-LiveCuts::LiveCuts(const BodyInParts& of) : of_(of), cut_(of.scene->body), rest_(*of.rest) {}
+LiveCuts::LiveCuts(const BodyInParts& of)
+    : of_(of), begun_(of.scene->body), cut_(begun_cuts(*of.scene)), rest_(*of.rest), noted_(cut_.cuts()), torn_s_(kLongAgoS) {}
 
 bool LiveCuts::cut_on() {
   BodyState& state = *of_.state;
   if (state.traction && state.traction->at(state.time_s).lpNorm<Eigen::Infinity>() < kNoTractionN) state.traction.reset();
+  std::optional<CutChange> change = of_.scene->tearing ? tear() : follow_blades();
+  if (!change) return false;
+  part(std::move(*change));
+  return true;
+}
+
+/// Cuts where blades have cut.
+std::optional<CutChange> LiveCuts::follow_blades() {
   std::size_t links = 0;
   for (const ToolPort& port : *of_.ports) {
     const NeedlePort& needle = port.needle;
@@ -83,17 +92,43 @@ bool LiveCuts::cut_on() {
     const auto known = std::find(paths_.begin(), paths_.end(), needle.path);
     const auto k = static_cast<std::size_t>(known - paths_.begin());
     if (known == paths_.end()) paths_.push_back(needle.path);
-    made_.resize(paths_.size());
-    made_[k] = needle.path->cut(needle.tip.front_m);
-    links += cut_.set(k, made_[k]);
+    links += cut_.set(k, needle.path->cut(needle.tip.front_m));
   }
-  if (links == 0) return false;
+  if (links == 0) return std::nullopt;
   note_steps();
   const std::size_t cells_before = shares_of(of_.scene->body).size();
   CutChange change = cut_.part();
-  if (change.loose == 0 && change.cell_before.size() == cells_before) return false;
-  part(std::move(change));
-  return true;
+  if (change.loose == 0 && change.cell_before.size() == cells_before) return std::nullopt;
+  return change;
+}
+
+/// The time in which the load of the next row fades: short against that from row to row.
+double LiveCuts::fade_s() const {
+  constexpr double kOfRow = 0.25, kShortestS = 0.01;
+  return std::clamp(kOfRow * (of_.state->time_s - torn_s_), kShortestS, Traction::kLetGoS);
+}
+
+/// Parts the row that gives the most energy, if it is enough.
+std::optional<CutChange> LiveCuts::tear() {
+  if (!rows_) {
+    rows_.emplace();
+    for (std::size_t k = 0; k < cut_.cuts().size(); ++k)
+      for (const CutFront front : {CutFront::first, CutFront::last, CutFront::deep})
+        if (auto row = TearRow::ahead(cut_, k, front)) rows_->push_back(std::move(row));
+  }
+  const double toughness_j_m2 = of_.scene->body.tissue.front().toughness_j_m2;
+  double most_j_m2 = 0;
+  TearRow* torn = nullptr;
+  for (const auto& row : *rows_) {
+    const double release = row->enough_j_m2(toughness_j_m2, fade_s(), **of_.dynamics, *of_.skin, *of_.state, *of_.ports);
+    if (release > most_j_m2) most_j_m2 = release, torn = row.get();
+  }
+  if (!torn) return std::nullopt;
+  CutChange change = torn->change();
+  cut_ = torn->body();
+  rows_.reset();
+  note_steps();
+  return change;
 }
 
 /// Notes the cuts that have gone on since the body was last parted; it is parted again after them.
@@ -102,11 +137,12 @@ void LiveCuts::note_steps() {
     return a.path_m == b.path_m && a.direction == b.direction && a.depth_m == b.depth_m;
   };
   std::vector<CutStep> steps = steps_ ? *steps_ : std::vector<CutStep>();
-  noted_.resize(made_.size());
-  for (std::size_t k = 0; k < made_.size(); ++k)
-    if (!same(made_[k], noted_[k])) steps.push_back({k, made_[k]});
+  const std::vector<CutSettings>& cuts = cut_.cuts();
+  noted_.resize(cuts.size());
+  for (std::size_t k = 0; k < cuts.size(); ++k)
+    if (!same(cuts[k], noted_[k])) steps.push_back({k, cuts[k]});
   steps.back().parts = true;
-  noted_ = made_;
+  noted_ = cuts;
   steps_ = std::make_shared<const std::vector<CutStep>>(std::move(steps));
 }
 
@@ -118,12 +154,9 @@ CutChange LiveCuts::repeat(const std::vector<CutStep>& steps) {
   for (std::size_t k = 0; k < share.size(); ++k) share[k] /= shares_before[parted_.cell_before[k]];
   renew(cut_.body());
   for (BodyState* each : {of_.state, of_.rest}) carry_over(BodyState(*each), share, *each);
-  for (const CutStep& step : steps) {
-    if (step.cut >= made_.size()) made_.resize(step.cut + 1);
-    made_[step.cut] = step.to;
-  }
-  noted_ = made_;
-  paths_.resize(made_.size());
+  noted_ = cut_.cuts();
+  paths_.resize(noted_.size());
+  rows_.reset();
   steps_ = std::make_shared<const std::vector<CutStep>>(steps);
   return parted_;
 }
@@ -156,6 +189,7 @@ void LiveCuts::part(CutChange change) {
   const Dynamics& dynamics = **of_.dynamics;
   auto traction = std::make_shared<Traction>();
   traction->begin_s = state.time_s;
+  if (of_.scene->tearing) traction->fade_s = fade_s();
   traction->load = -load_of(dynamics, *of_.skin, state, ports);
   for (std::uint32_t k = 0; k < dynamics.nodes(); ++k) {
     const auto before = parted_.node_before[k];
@@ -163,6 +197,7 @@ void LiveCuts::part(CutChange change) {
   }
   mask(of_.scene->body.fixed, traction->load);
   state.traction = std::move(traction);
+  torn_s_ = state.time_s;
 }
 
 /// Carries positions, velocities and the relaxed stress over; `share`: of each cell, of what it was.
@@ -179,24 +214,28 @@ void LiveCuts::carry_over(const BodyState& before, std::span<const double> share
 void LiveCuts::renew(const LumpedBody& body) {
   of_.scene->body = body;
   *of_.skin = Skin(of_.scene->body, of_.scene->tool.radius_m);
-  const std::span own = std::span(cut_.number()).first(own_nodes(cut_.uncut()));
-  const auto there = std::ranges::count_if(own, [](std::uint32_t node) { return node != kNoNode; });
-  (*of_.tissue)->renew(static_cast<std::size_t>(there));
+  if (*of_.tissue) {
+    const std::span own = std::span(cut_.number()).first(own_nodes(cut_.uncut()));
+    const auto there = std::ranges::count_if(own, [](std::uint32_t node) { return node != kNoNode; });
+    (*of_.tissue)->renew(static_cast<std::size_t>(there));
+  }
   of_.dynamics->emplace(of_.scene->body);
 }
 
 bool LiveCuts::make_whole() {
   of_.state->traction.reset();
   if (!steps_) return false;
-  cut_ = CutBody(LumpedBody(cut_.uncut()));
+  of_.scene->body = begun_;
+  cut_ = begun_cuts(*of_.scene);
+  rows_.reset();
+  torn_s_ = kLongAgoS;
   renew(cut_.body());
   const double time_s = of_.state->time_s;
   *of_.rest = rest_;
   *of_.state = rest_;
   of_.state->time_s = time_s;
   paths_.clear();
-  made_.clear();
-  noted_.clear();
+  noted_ = cut_.cuts();
   steps_.reset();
   return true;
 }

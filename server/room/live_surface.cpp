@@ -1,16 +1,17 @@
 #include "server/room/live_surface.hpp"
 
-#include <cassert>
 #include <numeric>
 
 namespace palpate {
 
-LiveSurface::LiveSurface(const LumpedBody& uncut) : uncut_nodes_(static_cast<std::uint32_t>(uncut.nodes.size())) {
-  assert(uncut.embedded.empty());
-  for (std::uint32_t i = 0; i < uncut_nodes_; ++i) all_.vertices.push_back({uncut.nodes[i], uncut.is_fixed(i), false});
-  node_numbers_.resize(uncut_nodes_);
-  std::iota(node_numbers_.begin(), node_numbers_.end(), 0U);
-  vertex_numbers_ = node_numbers_;
+LiveSurface::LiveSurface(const LumpedBody& begun) : begun_nodes_(static_cast<std::uint32_t>(begun.nodes.size())) {
+  const std::vector<Vec3> rest = vertices_at_rest(begun);
+  for (std::uint32_t i = 0; i < rest.size(); ++i) {
+    all_.vertices.push_back({rest[i], begun.is_fixed(i), begun.is_wall(i)});
+    vertex_numbers_.push_back(i);
+    if (i >= begun_nodes_) embedded_.try_emplace(begun.embedded[i - begun_nodes_].weights, i);
+  }
+  node_numbers_.assign(vertex_numbers_.begin(), vertex_numbers_.begin() + begun_nodes_);
 }
 
 std::uint32_t LiveSurface::number_of(const LumpedBody& body, const EmbeddedVertex& vertex) {
@@ -27,7 +28,7 @@ std::uint32_t LiveSurface::number_of(const LumpedBody& body, const EmbeddedVerte
 
 void LiveSurface::renew(const LumpedBody& body, const CutChange* change) {
   if (!change) {
-    node_numbers_.resize(uncut_nodes_);
+    node_numbers_.resize(begun_nodes_);
     std::iota(node_numbers_.begin(), node_numbers_.end(), 0U);
   } else {
     std::vector<std::uint8_t> taken(node_numbers_.size(), 0);

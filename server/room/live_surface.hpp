@@ -1,4 +1,4 @@
-// The surface of a body that blades cut, with numbers of vertices that stay.
+// The surface of a body that is cut or tears, with numbers of vertices that stay.
 //
 // A vertex of the scene's body has its own number, and keeps it; one that a cut makes gets the next. A node keeps its number
 // where the body is cut again (the first of what it became); a vertex that is embedded has that of its weights. So two surfaces
@@ -25,8 +25,8 @@ struct BodySurface {
 
 class LiveSurface {
  public:
-  explicit LiveSurface(const LumpedBody& uncut);
-  /// Takes up the body after a change; none: the uncut body again.
+  explicit LiveSurface(const LumpedBody& begun);
+  /// Takes up the body after a change; none: the body as it began.
   void renew(const LumpedBody& body, const CutChange* change);
   /// Returns the surface; null as long as nothing has cut the body.
   const std::shared_ptr<const BodySurface>& now() const { return now_; }
@@ -37,7 +37,7 @@ class LiveSurface {
  private:
   std::uint32_t number_of(const LumpedBody& body, const EmbeddedVertex& vertex);
 
-  std::uint32_t uncut_nodes_;
+  std::uint32_t begun_nodes_;
   BodySurface all_;
   std::vector<std::uint32_t> node_numbers_;    // of the present nodes
   std::vector<std::uint32_t> vertex_numbers_;  // of the present vertices

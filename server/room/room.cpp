@@ -17,10 +17,10 @@ constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of i
 
 struct Room::State {
   explicit State(const Scene& scene, const SteppedBody* like = nullptr) : body(scene, like), patches(body) {
-    if (scene.tool.needle && scene.tool.needle->is_blade) surface.emplace(scene.body);
+    if (scene.is_cut_live()) surface.emplace(scene.body);
   }
   SteppedBody body;
-  std::optional<LiveSurface> surface;  // where the tools are blades
+  std::optional<LiveSurface> surface;  // of one that may be cut
   FramePatches patches;
 };
 
@@ -28,7 +28,7 @@ Room::Room(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
 Room::Room(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Room Room::at_rest() const {
   Scene scene = state_->body.scene();
-  scene.body = state_->body.uncut();
+  scene.body = state_->body.begun();
   return Room(std::make_unique<State>(scene, &state_->body));
 }
 Room::~Room() = default;

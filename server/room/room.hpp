@@ -90,9 +90,9 @@ struct FrameResult {
   std::vector<StationFrame> stations;
   std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), if requested
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, if requested
-  std::shared_ptr<const BodySurface> surface;  ///< once a blade has cut the body; the two above are by its numbers then
+  std::shared_ptr<const BodySurface> surface;  ///< once the body was cut or tore; the two above are by its numbers then
   std::optional<BodyState> state;              ///< if requested
-  /// Cuts that blades have made since the body was whole, from the uncut body to that of `state`; null: none.
+  /// Cuts and tears since the body was as its scene has it, from that body to that of `state`; null: none.
   std::shared_ptr<const std::vector<CutStep>> cuts;
   std::size_t loose = 0;            ///< cells of pieces that a blade cut off in this frame, which are gone
   std::vector<StationId> released;  ///< stations whose tools were released because they cost too much

@@ -15,12 +15,11 @@ SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
       tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
       dynamics_(std::in_place, scene_.body),
       integrator_(like ? same_stepper(like->integrator_, *dynamics_, skin_) : choose_stepper(scene_, *dynamics_, skin_)),
-      rest_(like ? like->rest_uncut() : settled_state(*dynamics_, scene_.name)),
+      rest_(like ? like->rest_begun() : settled_state(*dynamics_, scene_.name)),
       body_(rest_),
       softest_1_s2_(like ? like->softest_1_s2_ : softest_stiffness(*dynamics_)),
       stillness_(std::in_place, *dynamics_, softest_1_s2_, rest_.x) {
-  if (scene_.tool.needle && scene_.tool.needle->is_blade)
-    cuts_.emplace(BodyInParts{&scene_, &skin_, &tissue_, &dynamics_, &body_, &rest_, &ports_});
+  if (scene_.is_cut_live()) cuts_.emplace(BodyInParts{&scene_, &skin_, &tissue_, &dynamics_, &body_, &rest_, &ports_});
   fall_asleep();
 }
 

@@ -47,7 +47,7 @@ class SteppedBody {
   /// Same as in Room.
   void start(Micros body_time);
   bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed);
-  /// Cuts the body at rest as it was cut; returns the change of the uncut body, none without cuts. Call it before resume().
+  /// Cuts the body at rest as it was cut; returns the change of the scene's, none without cuts. Call it before resume().
   std::optional<CutChange> cut_again(const std::vector<CutStep>& cuts);
   void use_threads(ThreadPool& pool) { integrator_.stepper->use_threads(pool); }
 
@@ -65,14 +65,14 @@ class SteppedBody {
   Micros time() const { return from_seconds(body_.time_s); }
   /// Returns true until a tool may meet the body.
   bool asleep() const { return asleep_; }
-  /// Number of the body's present cells, nodes and surface, which a blade changes.
+  /// Number of the body's present cells, nodes and surface, which cuts and tears change.
   std::uint32_t epoch() const { return epoch_; }
-  /// The change of them by the last step(); null where they are the same, or those of the uncut body again.
+  /// The change of them by the last step(); null where they are the same, or those of the scene again.
   const CutChange* parted() const { return parted_ ? &cuts_->parted() : nullptr; }
-  /// The body without the cuts of blades.
-  const LumpedBody& uncut() const { return cuts_ ? cuts_->uncut() : scene_.body; }
-  const BodyState& rest_uncut() const { return cuts_ ? cuts_->rest_uncut() : rest_; }
-  /// Cuts that blades have made since the body was whole; null: none.
+  /// The body as its scene has it.
+  const LumpedBody& begun() const { return cuts_ ? cuts_->begun() : scene_.body; }
+  const BodyState& rest_begun() const { return cuts_ ? cuts_->rest_begun() : rest_; }
+  /// Cuts and tears since then; null: none.
   std::shared_ptr<const std::vector<CutStep>> cuts() const { return cuts_ ? cuts_->steps() : nullptr; }
   /// Returns the stations whose tools were released in the last step() because they cost too much.
   const std::vector<StationId>& released() const { return released_; }
@@ -131,7 +131,7 @@ class SteppedBody {
   BodyState rest_, body_;
   double softest_1_s2_;
   std::optional<Stillness> stillness_;
-  std::optional<LiveCuts> cuts_;  // where the tools are blades
+  std::optional<LiveCuts> cuts_;  // of one that blades cut, or that tears
   std::uint32_t epoch_ = 0;
   bool parted_ = false;  // in the last step()
   bool asleep_ = false;

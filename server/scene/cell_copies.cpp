@@ -159,17 +159,17 @@ std::vector<std::uint8_t> fixed_nodes(const CutCells& cut, std::span<const std::
   return now;
 }
 
-std::vector<std::uint8_t> held_copies(const CutCells& cut, std::span<const std::uint8_t> held) {
+std::vector<std::uint8_t> held_copies(const CutCells& cut, std::span<const std::uint8_t> held, std::span<const Element> springs) {
   DisjointSets pieces(cut.origin.size());
+  for (const Element& e : springs) pieces.join(e.a, e.b);
   const auto each_node = [&](const auto& visit) {
     for (std::size_t k = 0; k < cut.copies.size(); ++k)
       for (std::size_t c = 0; c < cut.kind->corners; ++c) visit(k, cut.copies[k].nodes[c]);
   };
   each_node([&](std::size_t k, std::uint32_t node) { pieces.join(cut.copies[k].nodes[0], node); });
   std::vector<std::uint8_t> holds(cut.origin.size(), 0);
-  each_node([&](std::size_t, std::uint32_t node) {
-    if (node < held.size() && held[node] != 0) holds[pieces.find(node)] = 1;
-  });
+  for (std::uint32_t node = 0; node < held.size(); ++node)
+    if (held[node] != 0) holds[pieces.find(node)] = 1;
   std::vector<std::uint8_t> of_copy;
   for (const CellCopy& copy : cut.copies) of_copy.push_back(holds[pieces.find(copy.nodes[0])]);
   return of_copy;

@@ -88,7 +88,7 @@ void copy_cells(CutCells& cut);
 /// a corner of that copy's own that is fixed, as it was itself before. What a cut takes off a fixed face is thus free.
 std::vector<std::uint8_t> fixed_nodes(const CutCells& cut, std::span<const std::uint8_t> fixed);
 
-/// Returns for each copy whether some node that is `held` holds it, itself or by other copies.
-std::vector<std::uint8_t> held_copies(const CutCells& cut, std::span<const std::uint8_t> held);
+/// Returns for each copy whether some node that is `held` holds it, itself, by other copies or by springs.
+std::vector<std::uint8_t> held_copies(const CutCells& cut, std::span<const std::uint8_t> held, std::span<const Element> springs);
 
 }  // namespace palpate

@@ -153,13 +153,6 @@ struct Cutter {
     return shares;
   }
 
-  /// Nodes that are fixed, or held by a ligament.
-  std::vector<std::uint8_t> held() const {
-    std::vector<std::uint8_t> nodes = of.uncut_.fixed;
-    for (const Element& e : of.uncut_.elements) nodes[e.a] = nodes[e.b] = 1;
-    return nodes;
-  }
-
   /// Corners of each part of a cell, a bit for each.
   std::vector<std::uint8_t> corners_of(std::uint32_t cell) const {
     std::vector<std::uint8_t> own(of.cut_.first_copy[cell + 1] - of.cut_.first_copy[cell], 0);
@@ -178,7 +171,7 @@ struct Cutter {
 
   CutChange part() {
     copy_cells(of.cut_);
-    std::vector<std::uint8_t> kept = held_copies(of.cut_, held());
+    std::vector<std::uint8_t> kept = held_copies(of.cut_, of.uncut_.fixed, of.uncut_.elements);
     if (std::ranges::none_of(kept, [](std::uint8_t is_kept) { return is_kept != 0; }))
       std::fill(kept.begin(), kept.end(), 1);  // of a body that nothing holds all stays
     CutChange change;
@@ -296,7 +289,11 @@ CutBody::CutBody(LumpedBody uncut) : uncut_(std::move(uncut)), body_(uncut_) {
 
 std::size_t CutBody::set(std::size_t k, const CutSettings& cut) {
   assert(k <= sheets_.size());
-  if (k == sheets_.size()) sheets_.emplace_back();
+  if (k == sheets_.size()) {
+    cuts_.emplace_back();
+    sheets_.emplace_back();
+  }
+  cuts_[k] = cut;
   sheets_[k] = sheets_of(cut);
   return with_cutter(*this, [&](auto cutter) { return cutter.add_links(k); });
 }
@@ -327,7 +324,9 @@ CutChange CutBody::repeat(const std::vector<CutStep>& steps) {
   return all;
 }
 
-std::vector<std::uint32_t> cut_body(LumpedBody& body, const std::vector<CutSettings>& cuts, const SceneText& text) {
+CutBody begun_cuts(const Scene& scene) { return scene.tearing ? *scene.tearing : CutBody(scene.body); }
+
+CutBody cut_body(LumpedBody body, const std::vector<CutSettings>& cuts, const SceneText& text) {
   CutBody cut(std::move(body));
   for (std::size_t i = 0; i < cuts.size(); ++i) {
     const std::string path = "body.cuts[" + std::to_string(i) + "]";
@@ -337,8 +336,7 @@ std::vector<std::uint32_t> cut_body(LumpedBody& body, const std::vector<CutSetti
   if (const CutChange change = cut.part(); change.loose > 0)
     std::fprintf(stderr, "cuts: %zu of %zu cells hang on nothing that is held; they are left out\n", change.loose,
                  change.loose + change.cell_before.size());
-  body = cut.body();
-  return cut.number();
+  return cut;
 }
 
 }  // namespace palpate

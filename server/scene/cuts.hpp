@@ -66,6 +66,7 @@ class CutBody {
   CutChange part();
   /// Takes the steps by which another body was cut; this one has its bits then. Returns the change of the uncut body by all.
   CutChange repeat(const std::vector<CutStep>& steps);
+  const std::vector<CutSettings>& cuts() const { return cuts_; }
   /// Present number of each node of the uncut body, kNoNode for those left out.
   const std::vector<std::uint32_t>& number() const { return number_; }
 
@@ -79,14 +80,17 @@ class CutBody {
 
   LumpedBody uncut_, body_;
   double density_kg_m3_ = 0;
+  std::vector<CutSettings> cuts_;
   std::vector<std::vector<CutSheet>> sheets_;  // of each cut
   CutCells cut_;
   std::vector<Part> parts_;  // of each cell of body_
   std::vector<std::uint32_t> number_;
 };
 
-/// Cuts a body as its scene says, and says on stderr if pieces are left out. Returns CutBody::number(). Throws InputError for a
-/// cut that crosses no link.
-std::vector<std::uint32_t> cut_body(LumpedBody& body, const std::vector<CutSettings>& cuts, const SceneText& text);
+/// The cuts of a scene's body as it begins.
+CutBody begun_cuts(const Scene& scene);
+
+/// Cuts a body as its scene says, and says on stderr if pieces are left out. Throws InputError for a cut that crosses no link.
+CutBody cut_body(LumpedBody body, const std::vector<CutSettings>& cuts, const SceneText& text);
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include "server/scene/parts.hpp"
 #include "server/scene/scene_text.hpp"
 #include "server/scene/task.hpp"
+#include "server/scene/tissue_clips.hpp"
 
 namespace palpate {
 
@@ -59,9 +60,11 @@ void place_tool(const LatticeBody& lattice, const SceneSettings& settings, const
 }
 
 void cut_out(Scene& scene, const SceneSettings& settings, const SceneText& text) {
-  const std::vector<std::uint32_t> number = cut_body(scene.body, settings.cuts, text);
-  scene.tool.node = settings.tool_node ? number[scene.tool.node] : middle_of_top(scene.body);
+  CutBody cut = cut_body(std::move(scene.body), settings.cuts, text);
+  scene.body = cut.body();
+  scene.tool.node = settings.tool_node ? cut.number()[scene.tool.node] : middle_of_top(scene.body);
   if (scene.tool.node == kNoNode) text.refuse("tool.node", "tool.node is in a piece that the cuts take off", "another node");
+  if (settings.tears) scene.tearing = std::make_shared<const CutBody>(std::move(cut));
 }
 
 LumpedBody build_members(const std::vector<MemberSettings>& members, const SceneText& text) {
@@ -103,9 +106,10 @@ Scene build(const SceneText& text) {
   const std::optional<SolidSettings>& solid = settings.mesh ? settings.mesh->solid : settings.lattice.solid;
   if (solid && solid->capsule) add_capsule(scene.body, *solid->capsule);
   add_ligaments(scene.body, 0, static_cast<std::uint32_t>(scene.body.nodes.size()), settings.ligaments, text);
-  if (!settings.cuts.empty()) cut_out(scene, settings, text);
+  add_clips(scene.body, settings.clips, text);
   scene.body.is_loaded = settings.is_loaded;
   scene.body.tissue = settings.tissue;
+  if (!settings.cuts.empty()) cut_out(scene, settings, text);
   add_parts(scene.body, settings.parts, text);
   return scene;
 }

@@ -194,12 +194,17 @@ struct SolverSpec {
   IntegratorKind integrator = IntegratorKind::automatic;
 };
 
+class CutBody;
+
 struct Scene {
   std::string name;
   LumpedBody body;
   ToolSpec tool;
   SolverSpec solver;
-  std::optional<Task> task = {};  ///< for a trainee
+  std::optional<Task> task = {};                ///< for a trainee
+  std::shared_ptr<const CutBody> tearing = {};  ///< cuts of `body` that tear on; null: it does not tear
+  /// Returns true if the body may be parted while a room runs.
+  bool is_cut_live() const { return tearing || (tool.needle && tool.needle->is_blade); }
 };
 
 /// Folders below which a scene may name meshes. Links are resolved first: a link to a file elsewhere is refused.

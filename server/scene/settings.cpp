@@ -349,6 +349,37 @@ void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& 
   }
 }
 
+void read_tears(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
+  const std::string tears = "body.tears";
+  out.tears = body.tears;
+  if (!out.tears) return;
+  if (out.cuts.empty()) text.refuse(tears, "body.tears is given without body.cuts", "cuts, which tear on");
+  if (out.tissue.size() != 1)
+    text.refuse(tears, fmt::format("body.tears is given with {} layers of body.tissue", out.tissue.size()),
+                "one layer, with its toughness");
+  if (out.is_loaded)
+    text.refuse(tears, "body.tears is given with a body.reference_configuration of \"loaded\"", "\"stress-free\"");
+}
+
+void read_clips(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
+  constexpr std::size_t kMostClips = 64;
+  const std::string clips = "body.clips";
+  if (body.clips.size() > kMostClips)
+    text.refuse(clips, fmt::format("{} has {} clips", clips, body.clips.size()), fmt::format("at most {}", kMostClips));
+  for (std::size_t i = 0; i < body.clips.size(); ++i) {
+    const schema::TissueClipT& in = *body.clips[i];
+    const std::string path = at(clips, i);
+    if (!out.mesh && !out.lattice.solid) text.refuse(path, path + " is given for springs", "a solid for it: finite elements");
+    TissueClipSettings clip;
+    clip.at_m = vector(text, path + ".at_m", in.at_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
+    clip.radius_m = required(text, path + ".radius_m", in.radius_m, kMinSizeM, kMaxSizeM, "m");
+    clip.stiffness_n_m = required(text, path + ".stiffness_n_m", in.stiffness_n_m, kMinLigament, kMaxLigament, "N/m");
+    text.in_range(path + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxLigament, "N s/m");
+    clip.damping_n_s_m = in.damping_n_s_m;
+    out.clips.push_back(clip);
+  }
+}
+
 MemberSettings read_member(const SceneText& text, const schema::BodyT& in) {
   MemberSettings out;
   if (!is_name(in.name)) text.refuse("body.name", std::string("1 to 64 bytes of ") + kNameCharacters);
@@ -357,7 +388,7 @@ MemberSettings read_member(const SceneText& text, const schema::BodyT& in) {
   text.in_range("body.mu", in.mu, 0, 2, "");
   out.friction = in.mu;
   out.touches_itself = in.self_contact;
-  for (const char* field : {"body.lump", "body.cuts", "body.tissue"})
+  for (const char* field : {"body.lump", "body.cuts", "body.tissue", "body.tears", "body.clips"})
     if (text.has(field)) text.refuse(field, std::string(field) + " is given among several bodies", "it in a scene with one body");
   if (choice(text, "body.reference_configuration", in.reference_configuration, kGivenShapeNames, 0) == 1)
     text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\" among several bodies",
@@ -391,6 +422,8 @@ void read_body(const SceneText& text, SceneSettings& out) {
   read_tool(text, in.tool ? *in.tool : schema::ToolT(), *in.body, out);
   out.lump = read_lump(text, out.lattice.planar);
   read_cuts(text, *in.body, out);
+  read_tears(text, *in.body, out);
+  read_clips(text, *in.body, out);
 }
 
 std::vector<MemberSettings> read_members(const SceneText& text) {

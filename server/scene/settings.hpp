@@ -144,6 +144,12 @@ struct MemberSettings {
   std::vector<LigamentSettings> ligaments;
 };
 
+/// Springs that hold tissue together (tissue_clips.hpp).
+struct TissueClipSettings {
+  Vec3 at_m = Vec3::Zero();
+  double radius_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
+};
+
 struct SceneSettings {
   std::string name;
   std::vector<MemberSettings> members = {};  ///< replace the lattice, the mesh and the ligaments below
@@ -158,6 +164,8 @@ struct SceneSettings {
   IntegratorKind integrator = IntegratorKind::automatic;
   std::optional<LumpSettings> lump = {};
   std::vector<CutSettings> cuts = {};
+  bool tears = false;  ///< true: the cuts tear on
+  std::vector<TissueClipSettings> clips = {};
   std::optional<TaskSettings> task = {};
   std::vector<PartSettings> parts = {};
 };

@@ -255,6 +255,18 @@ void add_body(Json& body, const SceneSettings& settings) {
       cuts.items.push_back(std::move(item));
     }
   }
+  if (settings.tears) body.add("tears", Json::of(Json::Kind::boolean, "true"));
+  if (!settings.clips.empty()) {
+    Json& clips = body.add("clips", Json::array());
+    for (const TissueClipSettings& clip : settings.clips) {
+      Json item = Json::object();
+      item.add("at_m", list(clip.at_m));
+      item.add("radius_m", Json::number(clip.radius_m));
+      item.add("stiffness_n_m", Json::number(clip.stiffness_n_m));
+      item.add("damping_n_s_m", Json::number(clip.damping_n_s_m));
+      clips.items.push_back(std::move(item));
+    }
+  }
   if (!settings.tissue.empty()) {
     Json& tissue = body.add("tissue", Json::array());
     for (const TissueLayer& layer : settings.tissue) {

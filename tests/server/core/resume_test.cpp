@@ -367,7 +367,8 @@ TEST_CASE("a checkpoint whose cuts do not fit the scene is refused", "[resume][b
   CHECK(refusal(before.scene, checkpoint).empty());
   Scene without = before.scene;
   without.tool.needle.reset();
-  CHECK_THAT(refusal(without, checkpoint), Catch::Contains("of a body that a blade has cut; expected a scene with"));
+  CHECK_THAT(refusal(without, checkpoint),
+             Catch::Contains("of a body that a blade has cut, or that has torn; expected a scene with"));
   RecordedCheckpoint wrong = checkpoint;
   wrong.cuts.clear();
   CHECK_THAT(refusal(before.scene, wrong), Catch::Contains("nodes; expected the 245 of its scene"));

@@ -114,7 +114,7 @@ TEST_CASE("Where a blade parts cells, their copies begin with the motion and the
     CHECK(traction.norm() <= 1e-9 * body.state().traction->load.norm() + 1e-15);
   }
   CHECK(splits >= 2);
-  CHECK(room.body.dynamics().nodes() > room.body.uncut().nodes.size());
+  CHECK(room.body.dynamics().nodes() > room.body.begun().nodes.size());
 }
 
 TEST_CASE("A hand that holds the tissue beside a blade feels no step where cells part", "[blade]") {

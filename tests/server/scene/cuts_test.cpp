@@ -8,6 +8,7 @@
 #include "common/base/error.hpp"
 #include "common/base/random.hpp"
 #include "scene_files.hpp"
+#include "server/scene/cuts.hpp"
 #include "server/scene/scene.hpp"
 #include "server/scene/surface.hpp"
 
@@ -165,12 +166,60 @@ TEST_CASE("Cuts that cannot be made are refused with what was expected", "[scene
       "given for springs");
 }
 
+const std::string kTears = R"("tears": true, "tissue": [{"toughness_j_m2": 20}], "cuts")";
+const std::string kClip = R"("clips": [{"at_m": [0.03, 0.02, 0.04], "radius_m": 0.012, "stiffness_n_m": 500}], "cuts")";
+
+TEST_CASE("A scene keeps its cuts where they tear on, and refuses tears and clips that cannot be", "[scene][cuts]") {
+  const Folder folder;
+  const auto refused = [&](const std::string& text, const std::string& part) {
+    const std::string error = error_of(folder, text);
+    INFO(error);
+    CHECK(error.find(part) != std::string::npos);
+  };
+  const std::string good = block("hexahedron", kDeep), tears = replaced(good, "\"cuts\"", kTears);
+  CHECK_FALSE(read_scene(good, "block.json").tearing);
+  const Scene scene = read_scene(tears, "block.json");
+  REQUIRE(scene.tearing);
+  CHECK(scene.tearing->body().nodes == scene.body.nodes);
+  CHECK(scene.tearing->cuts().size() == 1);
+  CHECK(scene.is_cut_live());
+  refused(replaced(tears, "\"tears\": true", "\"tears\": 1"), "body.tears");
+  refused(replaced(tears, kDeep, ""), "body.tears is given without body.cuts");
+  refused(replaced(tears, R"("tissue": [{"toughness_j_m2": 20}], )", ""), "0 layers of body.tissue");
+  refused(replaced(good, "\"cuts\"", replaced(kClip, "0.012", "0.002")), "body.clips[0] has no two nodes of a cell in reach");
+  refused(replaced(good, "\"cuts\"", replaced(kClip, "500", "0")), "body.clips[0].stiffness_n_m");
+}
+
+TEST_CASE("A clip has springs on both sides of a cut and across it, and holds what the cut takes off", "[scene][cuts]") {
+  const std::string text = replaced(block("hexahedron", kDeep), "\"cuts\"", kClip);
+  const LumpedBody body = body_of(text), without = body_of(block("hexahedron", kDeep));
+  REQUIRE_FALSE(body.elements.empty());
+  double stiffness = 0;
+  int across = 0;
+  for (const Element& e : body.elements) {
+    stiffness += e.stiffness_n_m;
+    CHECK((body.nodes[e.a] - body.nodes[e.b]).norm() == Approx(e.rest_length_m));
+    across += (body.nodes[e.a].x() < 0.0347) != (body.nodes[e.b].x() < 0.0347);
+  }
+  CHECK(stiffness == Approx(500));
+  CHECK(across > 0);
+  CHECK(body.nodes == without.nodes);
+  // The lower half is fixed; a clip across the cut holds the upper one.
+  const std::string through = cut(Vec3(-0.01, -0.01, 0.0249), Vec3(0.07, -0.01, 0.0249), Vec3::UnitY(), 0.08);
+  const std::string clip = replaced(kClip, "[0.03, 0.02, 0.04]", "[0.03, 0.02, 0.025]");
+  CHECK(mass_of(body_of(replaced(block("hexahedron", through), "\"cuts\"", clip))) ==
+        Approx(kDensity * kLongM * kWideM * kHighM).epsilon(1e-9));
+}
+
 TEST_CASE("The printed scene has its cuts", "[scene][cuts]") {
   const Folder folder;
-  const auto file = folder.write("cut.json", block("hexahedron", kDeep));
-  const std::string printed = print_scene(file);
-  CHECK(print_scene(folder.write("again.json", printed)) == printed);
-  CHECK(printed.find("\"cuts\"") != std::string::npos);
+  for (const std::string& cuts : {std::string("\"cuts\""), kTears, kClip}) {
+    const auto file = folder.write("cut.json", replaced(block("hexahedron", kDeep), "\"cuts\"", cuts));
+    const std::string printed = print_scene(file);
+    CHECK(print_scene(folder.write("again.json", printed)) == printed);
+    for (const std::string& key : {std::string("\"cuts\""), cuts.substr(0, cuts.find(':'))})
+      CHECK(printed.find(key) != std::string::npos);
+  }
 }
 
 }  // namespace
