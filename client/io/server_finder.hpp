@@ -35,7 +35,8 @@ inline constexpr Micros kNoAnswerAfter{1'000'000};  ///< silence of a server aft
 inline std::string no_answer_text(const std::string& server, bool nobody_listens, bool with_key) {
   if (nobody_listens) return "nothing listens at " + server;
   return "no answer from " + server +
-         (with_key ? " (a server answers only keys that it knows)" : " (do datagrams pass both ways?)");
+         (with_key ? " (a server answers only keys that it knows; one that runs without --keys, clients without --key)"
+                   : " (do datagrams pass both ways?)");
 }
 
 class ServerFinder {

@@ -142,8 +142,8 @@ TriangleMesh read_stl(std::string_view bytes, const std::string& where) {
   std::uint32_t triangles = 0;
   if (bytes.size() >= kStlHead) std::memcpy(&triangles, bytes.data() + kStlHead - sizeof triangles, sizeof triangles);
   const std::size_t whole = kStlHead + kStlTriangle * std::size_t{triangles};
-  // Binary files may also begin with "solid"; their size distinguishes them.
-  if (begins_as_text(bytes) && bytes.size() != whole)
+  // Binary files may also begin with "solid"; a text has no zero where they have the high byte of the number of triangles.
+  if (begins_as_text(bytes) && bytes.substr(0, kStlHead).find('\0') == std::string_view::npos)
     return read_text_stl(bytes.substr(bytes.starts_with("\xEF") ? 3 : 0), where);
   if (bytes.size() < kStlHead) throw InputError(where, "is no STL file", "a text that begins with \"solid\", or a binary file");
   if (bytes.size() < whole)

@@ -71,7 +71,7 @@ def read_obj(text):
 def read_stl(data):
     count = struct.unpack_from("<I", data, HEAD - 4)[0] if len(data) >= HEAD else 0
     text = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:5].lower() == b"solid"
-    if len(data) < HEAD or (text and len(data) != HEAD + TRIANGLE * count):
+    if len(data) < HEAD or (text and 0 not in data[:HEAD]):
         words = iter(data.decode(errors="replace").lower().split())
         corners = [tuple(float(next(words)) for _ in range(3)) for word in words if word == "vertex"]
         return list(zip(corners[::3], corners[1::3], corners[2::3]))

@@ -105,5 +105,20 @@ TEST_CASE("comments behind the numbers of an OBJ face, and STL texts with blanks
   }
 }
 
+TEST_CASE("A binary STL that begins with \"solid\" is read whatever follows its triangles", "[scene][surface]") {
+  std::string bytes = "solid made by a scanner";
+  bytes.resize(80, ' ');
+  const std::uint32_t count = 1;
+  bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
+  for (const float x : {0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F})
+    bytes.append(reinterpret_cast<const char*>(&x), sizeof x);
+  bytes.append(2, '\0');
+  for (const std::size_t more : {0, 50}) {
+    const TriangleMesh mesh = read_stl(bytes + std::string(more, 'x'), "a");
+    REQUIRE(mesh.triangles.size() == 1);
+    CHECK(mesh.vertices[1] == Vec3(1, 0, 0));
+  }
+}
+
 }  // namespace
 }  // namespace palpate
