@@ -20,8 +20,9 @@ namespace {
 
 constexpr double kG = 9.81, kMu = 0.5;
 
-LumpedBody block(int nx, int ny, int nz, const Vec3& at, bool is_fixed = false) {
-  LumpedBody body = hexa_box(nx, ny, nz, {.young_pa = 20e3, .poisson = 0.3, .damping_s = 0.004});
+LumpedBody block(int nx, int ny, int nz, const Vec3& at, bool is_fixed = false, bool of_tetrahedra = false) {
+  const SolidMaterial material{.young_pa = 20e3, .poisson = 0.3, .damping_s = 0.004};
+  LumpedBody body = of_tetrahedra ? solid_box(nx, ny, nz, material) : hexa_box(nx, ny, nz, material);
   for (Vec3& x : body.nodes) x += at;
   if (!is_fixed) body.fixed.assign(body.nodes.size(), 0);
   return body;
@@ -34,9 +35,10 @@ std::vector<Member> named(std::size_t n, double friction = kMu) {
 }
 
 /// A free block of 60 x 60 x 40 mm on one of 220 x 80 x 20 mm whose bottom is fixed.
-LumpedBody block_on_block(double tilt_rad, double above_m = 0) {
-  LumpedBody body =
-      joined({block(12, 5, 2, Vec3(-0.031, -0.012, -kSpacingM), true), block(4, 4, 3, Vec3(0, 0, above_m))}, named(2));
+LumpedBody block_on_block(double tilt_rad, double above_m = 0, bool of_tetrahedra = false) {
+  LumpedBody body = joined({block(12, 5, 2, Vec3(-0.031, -0.012, -kSpacingM), true, of_tetrahedra),
+                            block(4, 4, 3, Vec3(0, 0, above_m), false, of_tetrahedra)},
+                           named(2));
   body.gravity_m_s2 = kG * Vec3(std::sin(tilt_rad), 0, -std::cos(tilt_rad));
   return body;
 }
@@ -93,7 +95,11 @@ void move(Bench& bench, std::size_t m, const Vec3& velocity) {
 }  // namespace
 
 TEST_CASE("Contacts between bodies push and turn the two as a whole by nothing, friction and dampers included") {
-  Bench bench(joined({block(4, 4, 4, Vec3::Zero()), block(3, 4, 3, Vec3(0.017, 0.011, 0.0585))}, named(2)), 0);
+  const bool tetrahedra = GENERATE(false, true);
+  Bench bench(
+      joined({block(4, 4, 4, Vec3::Zero(), false, tetrahedra), block(3, 4, 3, Vec3(0.017, 0.011, 0.0585), false, tetrahedra)},
+             named(2)),
+      0);
   Random random(5);
   for (Eigen::Index i = 0; i < bench.state.x.size(); ++i)
     bench.state.x[i] += random.uniform(-2e-3, 2e-3), bench.state.v[i] = random.uniform(-0.05, 0.05);
@@ -179,7 +185,7 @@ TEST_CASE("A block that falls onto a block meets it without a step of force, and
 }
 
 TEST_CASE("Tangents of contacts between bodies are differences of their forces, in products and in matrices") {
-  LumpedBody rough = block_on_block(0);
+  LumpedBody rough = block_on_block(0, 0, GENERATE(false, true));
   for (Member& member : rough.members) member.friction = 2;  // nothing slips
   Bench bench(std::move(rough), 0);
   for (std::uint32_t i = bench.body.members[1].first_node; i < bench.body.members[1].end_node; ++i)
