@@ -77,7 +77,7 @@ class Stab {
   }
   double work_j() const { return work_j_; }
   double energy_j() const { return body_.dynamics().energy(body_.state()); }
-  std::size_t nodes() const { return body_.uncut().nodes.size(); }
+  std::size_t nodes() const { return body_.begun().nodes.size(); }
 
  private:
   void frame(double way_m) {
