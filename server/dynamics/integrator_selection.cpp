@@ -67,6 +67,12 @@ ChosenStepper chosen(Candidate candidate, const std::string& why) {
   return {std::move(candidate.stepper), fmt::format("{} ({})", candidate.figures, why), candidate.cost, candidate.step_s};
 }
 
+/// Returns why explicit steps would not do for the scene, whatever its body is; null: they would.
+const char* needs_implicit(const Scene& scene) {
+  if (scene.tool.needle) return "a needle is for implicit steps";
+  return scene.tearing ? "a tear is for implicit steps" : nullptr;
+}
+
 /// That which the scene asks for; an empty one where it leaves it to us.
 Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   const auto with_stages = [&](ExplicitIntegrator::Stages stages) {
@@ -79,9 +85,8 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
   const bool covered = ExplicitBody::covers(dynamics.body());
   const bool is_explicit =
       scene.solver.integrator == IntegratorKind::leapfrog || scene.solver.integrator == IntegratorKind::stabilised;
-  if (scene.tool.needle && is_explicit)
-    refuse(scene.solver.integrator == IntegratorKind::leapfrog ? "explicit" : "stabilised", "\"tr-bdf2\"",
-           "a needle is for implicit steps");
+  if (const char* const why = needs_implicit(scene); why && is_explicit)
+    refuse(scene.solver.integrator == IntegratorKind::leapfrog ? "explicit" : "stabilised", "\"tr-bdf2\"", why);
   switch (scene.solver.integrator) {
     case IntegratorKind::automatic:
       return {};
@@ -103,7 +108,7 @@ Candidate asked_for(const Scene& scene, const Dynamics& dynamics, const Skin& sk
 
 ChosenStepper choose_stepper(const Scene& scene, const Dynamics& dynamics, const Skin& skin) {
   if (Candidate asked = asked_for(scene, dynamics, skin); asked.stepper) return chosen(std::move(asked), "as the scene says");
-  if (scene.tool.needle) return chosen(implicit_candidate(scene, dynamics, skin, true), "a needle is for implicit steps");
+  if (const char* const why = needs_implicit(scene)) return chosen(implicit_candidate(scene, dynamics, skin, true), why);
   if (!ExplicitBody::covers(dynamics.body())) return chosen(implicit_candidate(scene, dynamics, skin, true), kExplicitBodies);
   Candidate implicit = implicit_candidate(scene, dynamics, skin, dynamics.body().is_solid());
   const ExplicitLimits limits(dynamics);

@@ -358,6 +358,7 @@ TEST_CASE("Tissue that is pulled anyhow tears without a jump, and leaves what is
 TEST_CASE("A grasp tears the slab of the scene open, without a step of its force, and others take the tear up", "[tears]") {
   const Scene scene = load_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/cuts/tear.json");
   SteppedBody body(scene);
+  CHECK(body.integrator().reason.find("a tear is for implicit steps") != std::string::npos);
   Micros now{3'000'000};
   const Micros begin = now;
   body.start(now);
