@@ -80,13 +80,22 @@ class Pulled {
     REQUIRE(integrator_->advance(state_, ports_, state_.time_s + length_s, tools).converged);
     for (std::size_t k = 0; k < ports_.size(); ++k)
       work_j += 0.5 * (force[k] + ports_[k].lambda).dot(motion_(ports_[k], state_.time_s).position - place[k]);
+    const double energy_before_j = energy_j();
+    const Vec3 momentum_before = momentum();
     if (!cuts_.cut_on()) return false;
+    CHECK(energy_j() == Approx(energy_before_j).epsilon(1e-11));
+    CHECK((momentum() - momentum_before).norm() <= 1e-11 * dynamics_->masses().sum());
     for (std::size_t k = 1; k < cuts_.parted().cell_before.size(); ++k)
       cells += cuts_.parted().cell_before[k] == cuts_.parted().cell_before[k - 1];
     integrator_.emplace(*dynamics_, skin_, options_);
     return true;
   }
   double energy_j() const { return dynamics_->energy(state_); }
+  Vec3 momentum() const {
+    Vec3 sum = Vec3::Zero();
+    for (std::uint32_t i = 0; i < dynamics_->nodes(); ++i) sum += dynamics_->masses()[3 * i] * at_node(state_.v, i);
+    return sum;
+  }
   double time_s() const { return state_.time_s; }
   const Scene& scene() const { return scene_; }
   const BodyState& state() const { return state_; }
