@@ -330,6 +330,41 @@ TEST_CASE("a body that a blade has cut is taken up again with its cuts, and the 
   CHECK(after.last.state->x.size() == 3 * std::ssize(after.scene.body.nodes));
 }
 
+TEST_CASE("a body that has torn is taken up again as it was torn, and tears on", "[resume][tears]") {
+  OneTool before(10s, scene_named("cuts/tear.json"));
+  before.shapes = true;
+  const Vec3 grasped = home_of(before.scene);
+  const auto lifted = [&](int k) { return Vec3(grasped + 0.00075 * k * Vec3(0.3, 0, 1)); };
+  int k = 0;
+  while (!before.last.cuts) {
+    REQUIRE(k < 200);
+    before.frame(lifted(k++));
+  }
+  for (int i = 0; i < 10; ++i) before.frame(lifted(k));
+  RecordedCheckpoint made =
+      checkpoint_of(before.last, {{"hand", before.last.stations.front().tool, Rotation::Identity(), 0, {}}});
+  made.cuts = recorded_cuts(*before.last.cuts);
+  const auto found = written(before.scene, made);
+  REQUIRE(found);
+  const RecordedCheckpoint& was = found->checkpoint;
+  REQUIRE(was.positions.size() > before.scene.body.nodes.size());
+
+  OneTool after(500s, before.scene);
+  after.shapes = true;
+  CHECK(after.room.resume(in_a_row(was.positions), in_a_row(was.velocities), was.relaxed, steps_of(was.cuts)));
+  after.absent = ReservedTools(was.holds);
+  after.here = {report(7, "hand")};
+  after.frame(lifted(k));
+  REQUIRE(after.last.surface);
+  CHECK(after.last.surface->triangles.size() == before.last.surface->triangles.size());
+  for (int i = 0; i < 40; ++i, ++k) before.frame(lifted(k)), after.frame(lifted(k));
+  CHECK(before.last.cuts->size() > made.cuts.size());
+  REQUIRE(after.last.cuts->size() == before.last.cuts->size());
+  CHECK(farthest(after.last.state->x, before.last.state->x) < 5e-4);
+  after.frame(std::nullopt, true);
+  CHECK_FALSE(after.last.cuts);
+}
+
 TEST_CASE("the cells of a body that is cut again from its steps have the bits of the one that was cut", "[resume][blade]") {
   Cutting before(10s);
   before.stab(0.026);
