@@ -72,7 +72,9 @@ std::vector<double> shares_of(const LumpedBody& body) {
 }  // namespace
 
 LiveCuts::LiveCuts(const BodyInParts& of)
-    : of_(of), begun_(of.scene->body), cut_(begun_cuts(*of.scene)), rest_(*of.rest), noted_(cut_.cuts()), torn_s_(kLongAgoS) {}
+    : of_(of), begun_(of.scene->body), cut_(begun_cuts(*of.scene)), rest_(*of.rest), noted_(cut_.cuts()), torn_s_(kLongAgoS) {
+  look_for_rows({});
+}
 
 bool LiveCuts::cut_on() {
   BodyState& state = *of_.state;
@@ -108,25 +110,34 @@ double LiveCuts::fade_s() const {
   return std::clamp(kOfRow * (of_.state->time_s - torn_s_), kShortestS, Traction::kLetGoS);
 }
 
-/// Parts the row that gives the most energy, if it is enough.
+/// Leaves all fronts for tear() to look for their rows; `first`: of this one first.
+void LiveCuts::look_for_rows(const TearFront& first) {
+  rows_.clear();
+  fronts_.clear();
+  for (std::size_t k = cut_.cuts().size(); k-- > 0;)
+    for (const CutEnd end : {CutEnd::deep, CutEnd::last, CutEnd::first})
+      if (k != first.cut || end != first.end) fronts_.push_back({k, end});
+  if (first.cut < cut_.cuts().size()) fronts_.push_back(first);
+}
+
+/// Parts the row that gives the most energy, if it is enough. One new row is found in a frame.
 std::optional<CutChange> LiveCuts::tear() {
-  if (!rows_) {
-    rows_.emplace();
-    for (std::size_t k = 0; k < cut_.cuts().size(); ++k)
-      for (const CutFront front : {CutFront::first, CutFront::last, CutFront::deep})
-        if (auto row = TearRow::ahead(cut_, k, front)) rows_->push_back(std::move(row));
-  }
+  for (bool found = false; !found && !fronts_.empty(); fronts_.pop_back())
+    if (auto row = TearRow::ahead(cut_, fronts_.back())) {
+      rows_.push_back(std::move(row));
+      found = true;
+    }
   const double toughness_j_m2 = of_.scene->body.tissue.front().toughness_j_m2;
   double most_j_m2 = 0;
   TearRow* torn = nullptr;
-  for (const auto& row : *rows_) {
+  for (const auto& row : rows_) {
     const double release = row->enough_j_m2(toughness_j_m2, fade_s(), **of_.dynamics, *of_.skin, *of_.state, *of_.ports);
     if (release > most_j_m2) most_j_m2 = release, torn = row.get();
   }
   if (!torn) return std::nullopt;
   CutChange change = torn->change();
   cut_ = torn->body();
-  rows_.reset();
+  look_for_rows(torn->front());
   note_steps();
   return change;
 }
@@ -156,7 +167,7 @@ CutChange LiveCuts::repeat(const std::vector<CutStep>& steps) {
   for (BodyState* each : {of_.state, of_.rest}) carry_over(BodyState(*each), share, *each);
   noted_ = cut_.cuts();
   paths_.resize(noted_.size());
-  rows_.reset();
+  look_for_rows({});
   steps_ = std::make_shared<const std::vector<CutStep>>(steps);
   return parted_;
 }
@@ -227,7 +238,7 @@ bool LiveCuts::make_whole() {
   if (!steps_) return false;
   of_.scene->body = begun_;
   cut_ = begun_cuts(*of_.scene);
-  rows_.reset();
+  look_for_rows({});
   torn_s_ = kLongAgoS;
   renew(cut_.body());
   const double time_s = of_.state->time_s;

@@ -49,6 +49,7 @@ class LiveCuts {
  private:
   std::optional<CutChange> follow_blades();
   std::optional<CutChange> tear();
+  void look_for_rows(const TearFront& first);
   double fade_s() const;
   void note_steps();
   void part(CutChange change);
@@ -59,10 +60,11 @@ class LiveCuts {
   LumpedBody begun_;
   CutBody cut_;
   BodyState rest_;
-  std::vector<std::shared_ptr<const NeedlePath>> paths_;       // of each cut; null: the blade has left it
-  std::optional<std::vector<std::unique_ptr<TearRow>>> rows_;  // that may tear; none: not found yet
-  std::vector<CutSettings> noted_;                             // each cut as it is in steps_
-  double torn_s_;                                              // when it was parted last
+  std::vector<std::shared_ptr<const NeedlePath>> paths_;  // of each cut; null: the blade has left it
+  std::vector<std::unique_ptr<TearRow>> rows_;            // that may tear
+  std::vector<TearFront> fronts_;                         // whose rows are not found yet, the next one last
+  std::vector<CutSettings> noted_;                        // each cut as it is in steps_
+  double torn_s_;                                         // when it was parted last
   std::shared_ptr<const std::vector<CutStep>> steps_;
   CutChange parted_;
 };

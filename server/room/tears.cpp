@@ -15,11 +15,11 @@ constexpr double kInwards = 0.5;          // share of an opening, below -1/2 of 
 constexpr int kParts = 4, kFurthest = 2;  // of a link: a cut continues by a quarter of one until a row parts, by two at most
 
 /// The cut, gone on by a length.
-CutSettings gone_on(CutSettings cut, CutFront front, double by_m) {
+CutSettings gone_on(CutSettings cut, CutEnd end, double by_m) {
   std::vector<Vec3>& path = cut.path_m;
-  if (front == CutFront::first) path.front() += by_m * (path[0] - path[1]).normalized();
-  if (front == CutFront::last) path.back() += by_m * (path.back() - path[path.size() - 2]).normalized();
-  if (front == CutFront::deep) cut.depth_m += by_m;
+  if (end == CutEnd::first) path.front() += by_m * (path[0] - path[1]).normalized();
+  if (end == CutEnd::last) path.back() += by_m * (path.back() - path[path.size() - 2]).normalized();
+  if (end == CutEnd::deep) cut.depth_m += by_m;
   return cut;
 }
 
@@ -50,20 +50,20 @@ CutSheet nearest_sheet(const CutSettings& cut, const Vec3& x) {
 
 }  // namespace
 
-std::unique_ptr<TearRow> TearRow::ahead(const CutBody& now, std::size_t cut, CutFront front) {
-  const CutSettings& is = now.cuts()[cut];
+std::unique_ptr<TearRow> TearRow::ahead(const CutBody& now, const TearFront& front) {
+  const CutSettings& is = now.cuts()[front.cut];
   const double part_m = mean_link_m(now.body()) / kParts;
   CutBody gone(now);
-  if (gone.set(cut, gone_on(is, front, kFurthest * kParts * part_m)) == 0) return nullptr;
+  if (gone.set(front.cut, gone_on(is, front.end, kFurthest * kParts * part_m)) == 0) return nullptr;
   gone = now;
   const std::size_t cells = now.body().hexahedra.size() + now.body().tetrahedra.size();
   for (int k = 1; k <= kFurthest * kParts; ++k) {
-    if (gone.set(cut, gone_on(is, front, k * part_m)) == 0) continue;
+    if (gone.set(front.cut, gone_on(is, front.end, k * part_m)) == 0) continue;
     CutBody parted(gone);
     CutChange change = parted.part();
     if (change.loose > 0) return nullptr;
     if (change.cell_before.size() == cells) continue;
-    auto row = std::unique_ptr<TearRow>(new TearRow(std::move(parted), std::move(change), cut));
+    auto row = std::unique_ptr<TearRow>(new TearRow(std::move(parted), std::move(change), front));
     row->now_ = nodes_now(row->change_, now.body().nodes.size());
     row->find_sections(now.body().hexahedra, row->body_.body().hexahedra, now.body());
     row->find_sections(now.body().tetrahedra, row->body_.body().tetrahedra, now.body());
@@ -75,8 +75,8 @@ std::unique_ptr<TearRow> TearRow::ahead(const CutBody& now, std::size_t cut, Cut
   return nullptr;
 }
 
-TearRow::TearRow(CutBody body, CutChange change, std::size_t cut)
-    : body_(std::move(body)), change_(std::move(change)), cut_(cut), dynamics_(body_.body()) {}
+TearRow::TearRow(CutBody body, CutChange change, const TearFront& front)
+    : body_(std::move(body)), change_(std::move(change)), front_(front), dynamics_(body_.body()) {}
 
 /// The cells that part: where the cut goes through them, and the nodes on either side. Appends to the shares of all.
 template <class Cell>
@@ -93,7 +93,7 @@ void TearRow::find_sections(const std::vector<Cell>& before, const std::vector<C
     const auto& nodes = before[c].nodes;
     Vec3 centre = Vec3::Zero();
     for (const std::uint32_t node : nodes) centre += body.nodes[node] / static_cast<double>(nodes.size());
-    const CutSheet sheet = nearest_sheet(body_.cuts()[cut_], centre);
+    const CutSheet sheet = nearest_sheet(body_.cuts()[front_.cut], centre);
     const double slack = kOnPlane * (body.nodes[nodes[0]] - centre).norm();
     const auto height = [&](std::size_t corner) {
       const double h = sheet.normal.dot(body.nodes[nodes[corner]] - sheet.corner);

@@ -34,15 +34,19 @@
 
 namespace palpate {
 
-enum class CutFront : std::uint8_t { first, last, deep };  ///< ends of the path, lower edge
+enum class CutEnd : std::uint8_t { first, last, deep };  ///< ends of the path, lower edge
+struct TearFront {
+  std::size_t cut = 0;
+  CutEnd end = CutEnd::first;
+};
 
 /// The body after the next row ahead of a front has parted.
 class TearRow {
  public:
   /// Returns null where the cut goes no further: it ends outside of the body, or would take a piece off.
-  static std::unique_ptr<TearRow> ahead(const CutBody& now, std::size_t cut, CutFront front);
+  static std::unique_ptr<TearRow> ahead(const CutBody& now, const TearFront& front);
 
-  std::size_t cut() const { return cut_; }
+  const TearFront& front() const { return front_; }
   /// The body, cut so far, and the change to it.
   const CutBody& body() const { return body_; }
   const CutChange& change() const { return change_; }
@@ -55,7 +59,7 @@ class TearRow {
                      const std::vector<ToolPort>& ports);
 
  private:
-  TearRow(CutBody body, CutChange change, std::size_t cut);
+  TearRow(CutBody body, CutChange change, const TearFront& front);
   struct Corner {
     std::uint32_t a = 0, b = 0;  // nodes before
     double part = 0;             // of the way from a to b
@@ -73,7 +77,7 @@ class TearRow {
 
   CutBody body_;
   CutChange change_;
-  std::size_t cut_;
+  TearFront front_;
   Dynamics dynamics_;
   std::vector<std::uint32_t> now_;  // nodes_now()
   std::vector<double> share_;       // of each cell, of what it was

@@ -153,7 +153,7 @@ TEST_CASE("The energy that a row gives is that of a double cantilever", "[tears]
   const Scene scene = double_cantilever(spacing_m, kCutM), cut_on = double_cantilever(spacing_m, kCutM + spacing_m);
   const Dynamics now(scene.body), longer(cut_on.body);
   const Skin skin(scene.body, 0);
-  const auto row = TearRow::ahead(*scene.tearing, 0, CutFront::last);
+  const auto row = TearRow::ahead(*scene.tearing, {0, CutEnd::last});
   REQUIRE(row);
   CHECK(row->area_m2() == Approx(spacing_m * kBroadM).epsilon(1e-9));
   const Opened before = opened(now, kForceN), after = opened(longer, kForceN);
@@ -297,7 +297,7 @@ TEST_CASE("Two legs of a sheet that fold away from each other tear apart with J 
 TEST_CASE("The energy that a row of tetrahedra gives is what its body becomes softer by", "[tears]") {
   constexpr double kForceN = 1e-5;
   Scene scene = double_cantilever(0.01, 0.08, "", "tetrahedron");
-  const auto row = TearRow::ahead(*scene.tearing, 0, CutFront::last);
+  const auto row = TearRow::ahead(*scene.tearing, {0, CutEnd::last});
   REQUIRE(row);
   const Dynamics now(scene.body), parted(row->body().body());
   BodyState state = now.rest_state();
@@ -308,7 +308,7 @@ TEST_CASE("The energy that a row of tetrahedra gives is what its body becomes so
   // Rows that part one after another cover the cut once.
   double area_m2 = row->area_m2();
   CutBody body = row->body();
-  while (const auto next = TearRow::ahead(body, 0, CutFront::last)) {
+  while (const auto next = TearRow::ahead(body, {0, CutEnd::last})) {
     area_m2 += next->area_m2();
     body = next->body();
     if (body.cuts()[0].path_m.back().x() > 0.12) break;
