@@ -17,7 +17,8 @@
 //
 //     G + (3/4 tau + 1/2 dt) dG/dt >= J,     dG/dt >= 0,
 //
-// so that a tear dissipates J A whatever its speed; where nothing moves, where G >= J.
+// so that a tear dissipates J A whatever its speed, while rows part more slowly than they are looked at; where nothing moves,
+// where G >= J.
 //
 // A row under pressure does not part: the mean of the openings must not point inwards by more than kInwards of its length.
 //
