@@ -65,8 +65,7 @@ struct ReferenceModel::State {
         integrator(std::in_place, *dynamics, skin, exact_options(scene.body)),
         body(settled_state(*dynamics, s.name)),
         rest(body) {
-    if (scene.is_cut_live())
-      cuts.emplace(BodyInParts{&scene, &skin, &tissue, &dynamics, &body, &rest, &ports});
+    if (scene.is_cut_live()) cuts.emplace(BodyInParts{&scene, &skin, &tissue, &dynamics, &body, &rest, &ports});
   }
 
   ToolAt tool_at(const ToolPort& port, double t_s) const {
