@@ -9,9 +9,9 @@
 #include "server/body/settle.hpp"
 #include "server/dynamics/integrator.hpp"
 #include "server/scene/members.hpp"
-#include "server/solve/linear_solver.hpp"
 #include "tests/support/bodies.hpp"
 #include "tests/support/explicit_steppers.hpp"
+#include "tests/support/pressed_body.hpp"
 
 using namespace palpate;
 using namespace palpate::test;
@@ -229,33 +229,9 @@ TEST_CASE("Tangents of contacts between bodies are differences of their forces, 
 TEST_CASE("A body pressed onto another yields by the tangents that a patch is made of") {
   LumpedBody body = block_on_block(0);
   for (Member& member : body.members) member.friction = 2;  // rough: nothing slips
-  const Dynamics dynamics(body);
-  const Skin skin(body, 0.03);
-  constexpr double kContactNM = 500, kPressedM = 0.004, kFurtherM = 1e-4;
-  Integrator integrator(dynamics, skin, {0.005, 1e-10});
-  BodyState state = dynamics.rest_state();
-  std::vector<ToolPort> ports(1);
-  ports[0].parameters = {kContactNM, 0.0};
-  const Vec3 top(0.03, 0.03, 0.04);
-  const auto pressed = [&](double depth_m, double until_s) {
-    const auto tool = [&](std::size_t, double t) { return ToolAt{top - Vec3(0, 0, std::min(depth_m, 0.1 * t - 0.005))}; };
-    REQUIRE(integrator.advance(state, ports, until_s, tool).converged);
-    return -ports[0].lambda.z();
-  };
-  const double before_n = pressed(kPressedM, 3);
-  const SurfacePoint point = ports[0].point;
-  for (const auto& [node, weight] : skin.weights(point)) CHECK(node >= body.members[1].first_node);
-  Vector b = Vector::Zero(state.x.size());
-  scatter(skin.weights(point), Vec3::UnitZ(), b);
-  BlockMatrix k = dynamics.make_matrix();
-  dynamics.assemble(state, 0, 0, 1, body.fixed, false, k);
-  LinearSolver solver(dynamics.nodes(), LinearSolver::Method::direct);
-  REQUIRE(solver.factorise(k));
-  Vector u = Vector::Zero(b.size());
-  solver.solve(b, 1e-12, u);
-  const double expected = 1 / (gather(skin.weights(point), u).z() + 1 / kContactNM);
-  const double deeper_n = pressed(kPressedM + kFurtherM, 4);
-  CHECK((deeper_n - before_n) / kFurtherM == Approx(expected).epsilon(0.02));
+  const test::Yield yield = test::yield_of(body, Vec3(0.03, 0.03, 0.04));
+  CHECK(yield.by_force == Approx(yield.by_tangents).epsilon(0.02));
+  for (const auto& [node, weight] : Skin(body, 0.03).weights(yield.point)) CHECK(node >= body.members[1].first_node);
 }
 
 TEST_CASE("Bodies that are apart do not know of each other") {

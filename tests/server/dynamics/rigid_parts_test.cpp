@@ -7,9 +7,9 @@
 
 #include "server/body/settle.hpp"
 #include "server/dynamics/integrator.hpp"
-#include "server/solve/linear_solver.hpp"
 #include "tests/support/bodies.hpp"
 #include "tests/support/explicit_steppers.hpp"
+#include "tests/support/pressed_body.hpp"
 #include "tests/support/rigid_parts.hpp"
 
 using namespace palpate;
@@ -167,33 +167,6 @@ TEST_CASE("A body far from a part is stepped to the bits of one without") {
 }
 
 TEST_CASE("A body pressed onto a table yields by the tangents that a patch is made of") {
-  LumpedBody body = block_on_table(0, 0, 2);  // rough: nothing slips
-  const Dynamics dynamics(body);
-  const Skin skin(body, 0.03);
-  constexpr double kContactNM = 500, kPressedM = 0.004, kFurtherM = 1e-4;
-  Integrator integrator(dynamics, skin, {0.005, 1e-10});
-  BodyState state = dynamics.rest_state();
-  std::vector<ToolPort> ports(1);
-  ports[0].parameters = {kContactNM, 0.0};
-  const Vec3 top(0.03, 0.03, 0.04);
-  const auto pressed = [&](double depth_m, double until_s) {
-    const auto tool = [&](std::size_t, double t) {
-      return ToolAt{top - Vec3(0, 0, std::min(depth_m, 0.1 * t - 0.005))};  // comes down from above
-    };
-    REQUIRE(integrator.advance(state, ports, until_s, tool).converged);
-    return -ports[0].lambda.z();
-  };
-  const double before_n = pressed(kPressedM, 3);
-  const SurfacePoint point = ports[0].point;
-  Vector b = Vector::Zero(state.x.size());
-  scatter(skin.weights(point), Vec3::UnitZ(), b);
-  BlockMatrix k = dynamics.make_matrix();
-  dynamics.assemble(state, 0, 0, 1, body.fixed, false, k);
-  LinearSolver solver(dynamics.nodes(), LinearSolver::Method::direct);
-  REQUIRE(solver.factorise(k));
-  Vector u = Vector::Zero(b.size());
-  solver.solve(b, 1e-12, u);
-  const double expected = 1 / (gather(skin.weights(point), u).z() + 1 / kContactNM);
-  const double deeper_n = pressed(kPressedM + kFurtherM, 4);
-  CHECK((deeper_n - before_n) / kFurtherM == Approx(expected).epsilon(0.02));
+  const test::Yield yield = test::yield_of(block_on_table(0, 0, 2), Vec3(0.03, 0.03, 0.04));  // rough: nothing slips
+  CHECK(yield.by_force == Approx(yield.by_tangents).epsilon(0.02));
 }
