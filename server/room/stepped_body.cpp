@@ -155,7 +155,7 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   }
 }
 
-/// Puts the body at rest where it was at the begin of the frame, and the tools that are left back to their contacts then.
+/// Puts the body at rest where it was at the beginning of the frame, and the tools that are left back to their contacts then.
 void SteppedBody::begin_again(const BodyState& before, const std::vector<ToolPort>& ports_before) {
   body_ = before;
   body_.v.setZero();

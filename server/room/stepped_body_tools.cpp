@@ -137,16 +137,19 @@ void SteppedBody::release_leaping(Micros begin, Micros until) {
   constexpr double kAtBound = 0.99;
   constexpr int kLeapTicks = 10;  // 20 mm
   const double bound_m = kAtBound * ToolTrack::kFastestMs * seconds(kTick);
-  std::vector<StationId> leaping;
-  for (std::size_t k = 0; k < ports_.size(); ++k) {
-    if (ports_[k].kind != ContactKind::touch || std::ranges::count(leaping, ports_[k].tool) > 0) continue;
-    const ToolTrack& track = tools_.at(ports_[k].tool).track;
+  for (const auto& [id, tool] : tools_) {
+    const std::vector<std::size_t> ports = ports_of(id);
+    if (ports.empty() || ports_[ports.front()].kind != ContactKind::touch) continue;
     int ticks = 0;
-    for (Micros t = begin; t < until; t += kTick)
-      ticks += (track.on_path(t + kTick).at.position - track.on_path(t).at.position).norm() > bound_m;
-    if (ticks >= kLeapTicks && (ports_[k].touching || may_meet(k, until))) leaping.push_back(ports_[k].tool);
+    Vec3 at = tool.track.on_path(begin).at.position;
+    for (Micros t = begin; t < until; t += kTick) {
+      const Vec3 next = tool.track.on_path(t + kTick).at.position;
+      ticks += (next - at).norm() > bound_m;
+      at = next;
+    }
+    if (ticks < kLeapTicks) continue;
+    if (std::ranges::any_of(ports, [&](std::size_t k) { return ports_[k].touching || may_meet(k, until); })) release_costly(id);
   }
-  for (const StationId id : leaping) release_costly(id);
 }
 
 /// Releases up to `most` tools, those with the longest ways; returns false if there is none.
