@@ -14,6 +14,8 @@ class RateLimit {
   RateLimit(int burst, Micros every) : span_(burst * every), every_(every) {}
 
   bool allows(Micros now) const { return std::max(empty_at_, now - span_) + every_ <= now; }
+  /// Returns true if no token is missing.
+  bool is_full(Micros now) const { return empty_at_ <= now - span_; }
   /// Uses one token. Only when allowed.
   void take(Micros now) { empty_at_ = std::max(empty_at_, now - span_) + every_; }
 

@@ -85,6 +85,7 @@ void ServerCore::take_samples(Station& station, const Samples& samples, Micros n
 void ServerCore::take_reset(Station& station, const Reset& reset, Micros now) {
   station.next_report = now;  // it waits for the new count
   if (!frames_.is_new_reset(reset.resets)) return;
+  std::erase_if(resets_of_keys_, [now](const auto& entry) { return entry.second.is_full(now); });
   const std::string key = sessions_.key_of ? sessions_.key_of(station.peer) : std::string();
   RateLimit& own = key.empty() ? station.resets : resets_of_keys_.try_emplace(key, kResetsOfOne).first->second;
   if (!own.allows(now) || !resets_.allows(now)) {

@@ -157,7 +157,7 @@ class ServerCore {
   ViewSender views_;
   GuidanceRelay guidance_;
   RateLimit resets_{4, Micros{10'000'000}}, notes_{32, Micros{1'000'000}};
-  std::map<std::string, RateLimit> resets_of_keys_;
+  std::map<std::string, RateLimit> resets_of_keys_;  // of those that have reset the body lately
   StationId emit_after_ = 0;
   DatagramCounts counts_;
   std::function<void(StationId, const ButtonChange&)> on_buttons_;

@@ -13,8 +13,6 @@ namespace palpate {
 
 namespace {
 
-constexpr double kMinLigament = 1e-3, kMaxLigament = 1e6;  // [N/m], [N s/m]
-constexpr double kMinSizeM = 1e-3, kMaxSizeM = 5;
 constexpr int kMinNodes = 2, kMaxNodes = 200;
 constexpr double kMaxLatticeNodes = 1e6;
 constexpr double kMaxStiffness = 1e7, kMaxDamping = 1e5;
@@ -196,27 +194,6 @@ void read_material(const SceneText& text, const schema::BodyT& body, LatticeSett
   }
 }
 
-std::vector<TissueLayer> read_tissue(const SceneText& text, const schema::BodyT& in) {
-  std::vector<TissueLayer> tissue;
-  const std::string list = "body.tissue";
-  if (in.tissue.size() > kMaxTissueLayers)
-    text.refuse(list, fmt::format("the body has {} layers of tissue", in.tissue.size()),
-                fmt::format("at most {}", kMaxTissueLayers));
-  for (std::size_t i = 0; i < in.tissue.size(); ++i) {
-    const schema::TissueLayerT& layer = *in.tissue[i];
-    const std::string here = at(list, i);
-    const bool innermost = i + 1 == in.tissue.size();
-    if (innermost && layer.thickness_m)
-      text.refuse(here + ".thickness_m", "the innermost layer has a thickness", "a thickness of the layers above it alone");
-    text.in_range(here + ".puncture_n", layer.puncture_n, 0, 100, "N");
-    text.in_range(here + ".friction_n_m", layer.friction_n_m, 0, 1e4, "N/m");
-    tissue.push_back({innermost ? 0 : required(text, here + ".thickness_m", layer.thickness_m, 1e-4, 1, "m"),
-                      required(text, here + ".toughness_j_m2", layer.toughness_j_m2, 1, 1e5, "J/m^2"), layer.puncture_n,
-                      layer.friction_n_m});
-  }
-  return tissue;
-}
-
 NeedleSpec read_needle(const SceneText& text, const schema::NeedleT& in, const SceneSettings& out) {
   const std::string needle = "tool.needle";
   if (!out.tool.shape.empty()) text.refuse(needle, "tool.needle is given with a body of the tool", "one of them");
@@ -295,89 +272,6 @@ void read_lattice(const SceneText& text, const schema::BodyT& body, LatticeSetti
   read_place(text, in, out);
   read_material(text, body, out);
   out.fixed = read_fixing(text, kLattice, in.fixed_faces, in.fixed_below_z_m, in.fixed_above_z_m, out.planar);
-}
-
-std::vector<LigamentSettings> read_ligaments(const SceneText& text, const schema::BodyT& body, bool planar) {
-  std::vector<LigamentSettings> out;
-  constexpr double kMostM = 2 * kMaxCoordinateM;
-  for (std::size_t i = 0; i < body.ligaments.size(); ++i) {
-    const auto& in = *body.ligaments[i];
-    const std::string path = at("body.ligaments", i);
-    if (planar) text.refuse(path, path + " is given for a sheet", "a body in three dimensions for it");
-    LigamentSettings ligament;
-    ligament.from_m = vector(text, path + ".from_m", in.from_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
-    ligament.to_m = vector(text, path + ".to_m", in.to_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
-    ligament.radius_m = required(text, path + ".radius_m", in.radius_m, 0, kMostM, "m");
-    ligament.stiffness_n_m = required(text, path + ".stiffness_n_m", in.stiffness_n_m, kMinLigament, kMaxLigament, "N/m");
-    text.in_range(path + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxLigament, "N s/m");
-    ligament.damping_n_s_m = in.damping_n_s_m;
-    out.push_back(ligament);
-  }
-  return out;
-}
-
-void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
-  constexpr std::size_t kMostCuts = 64, kMostPlaces = 256;
-  constexpr double kLeastAngle = 1e-3;  // between the path and the edge
-  const std::string cuts = "body.cuts";
-  if (body.cuts.size() > kMostCuts)
-    text.refuse(cuts, cuts + " has " + std::to_string(body.cuts.size()) + " cuts", "at most " + std::to_string(kMostCuts));
-  const std::optional<SolidSettings>& solid = out.mesh ? out.mesh->solid : out.lattice.solid;
-  for (std::size_t i = 0; i < body.cuts.size(); ++i) {
-    const auto& in = *body.cuts[i];
-    const std::string path = at(cuts, i);
-    if (!solid) text.refuse(path, path + " is given for springs", "a solid for it: finite elements");
-    if (solid->capsule) text.refuse(path, path + " is given for a body with a capsule", "a body without one for it");
-    if (in.path.size() < 2 || in.path.size() > kMostPlaces)
-      text.refuse(path + ".path", path + ".path has " + std::to_string(in.path.size()) + " points",
-                  "2 to " + std::to_string(kMostPlaces));
-    CutSettings cut;
-    cut.path_m = places(text, path + ".path", in.path);
-    cut.direction = vector(text, path + ".direction", in.direction, -1e6, 1e6, "");
-    if (!(cut.direction.norm() > 1e-9))
-      text.refuse(path + ".direction", path + ".direction has no length", "a vector of any length");
-    cut.direction.normalize();
-    cut.depth_m = required(text, path + ".depth_m", in.depth_m, kMinSizeM, kMaxSizeM, "m");
-    for (std::size_t k = 0; k + 1 < cut.path_m.size(); ++k) {
-      const Vec3 along = cut.path_m[k + 1] - cut.path_m[k];
-      if (!(along.cross(cut.direction).norm() > kLeastAngle * along.norm()))
-        text.refuse(at(path + ".path", k + 1),
-                    at(path + ".path", k + 1) + " lies along " + path + ".direction from the point before, or on it",
-                    "a path across the direction");
-    }
-    out.cuts.push_back(std::move(cut));
-  }
-}
-
-void read_tears(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
-  const std::string tears = "body.tears";
-  out.tears = body.tears;
-  if (!out.tears) return;
-  if (out.cuts.empty()) text.refuse(tears, "body.tears is given without body.cuts", "cuts, which tear on");
-  if (out.tissue.size() != 1)
-    text.refuse(tears, fmt::format("body.tears is given with {} layers of body.tissue", out.tissue.size()),
-                "one layer, with its toughness");
-  if (out.is_loaded)
-    text.refuse(tears, "body.tears is given with a body.reference_configuration of \"loaded\"", "\"stress-free\"");
-}
-
-void read_clips(const SceneText& text, const schema::BodyT& body, SceneSettings& out) {
-  constexpr std::size_t kMostClips = 64;
-  const std::string clips = "body.clips";
-  if (body.clips.size() > kMostClips)
-    text.refuse(clips, fmt::format("{} has {} clips", clips, body.clips.size()), fmt::format("at most {}", kMostClips));
-  for (std::size_t i = 0; i < body.clips.size(); ++i) {
-    const schema::TissueClipT& in = *body.clips[i];
-    const std::string path = at(clips, i);
-    if (!out.mesh && !out.lattice.solid) text.refuse(path, path + " is given for springs", "a solid for it: finite elements");
-    TissueClipSettings clip;
-    clip.at_m = vector(text, path + ".at_m", in.at_m, -kMaxCoordinateM, kMaxCoordinateM, "m");
-    clip.radius_m = required(text, path + ".radius_m", in.radius_m, kMinSizeM, kMaxSizeM, "m");
-    clip.stiffness_n_m = required(text, path + ".stiffness_n_m", in.stiffness_n_m, kMinLigament, kMaxLigament, "N/m");
-    text.in_range(path + ".damping_n_s_m", in.damping_n_s_m, 0, kMaxLigament, "N s/m");
-    clip.damping_n_s_m = in.damping_n_s_m;
-    out.clips.push_back(clip);
-  }
 }
 
 MemberSettings read_member(const SceneText& text, const schema::BodyT& in) {

@@ -13,6 +13,8 @@
 
 namespace palpate {
 
+inline constexpr double kMinSizeM = 1e-3, kMaxSizeM = 5;
+
 inline std::string at(const std::string& path, std::size_t i) { return path + "[" + std::to_string(i) + "]"; }
 
 /// Returns a number for which the schema has no default.
@@ -79,6 +81,13 @@ bool is_name(const std::string& name);
 std::uint32_t read_colour(const SceneText& text, const std::string& path, const std::string& given, std::uint32_t usual);
 /// Reads a surface at `path`.
 MeshSettings read_mesh_file(const SceneText& text, const std::string& path, const schema::MeshFileT& in);
+/// Defined in settings_tissue.cpp, as the four after it.
+std::vector<TissueLayer> read_tissue(const SceneText& text, const schema::BodyT& in);
+std::vector<LigamentSettings> read_ligaments(const SceneText& text, const schema::BodyT& body, bool planar);
+void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& out);
+/// Requires the cuts and the tissue in `out`.
+void read_tears(const SceneText& text, const schema::BodyT& body, SceneSettings& out);
+void read_clips(const SceneText& text, const schema::BodyT& body, SceneSettings& out);
 /// Defined in parts.cpp.
 std::vector<PartSettings> read_parts(const SceneText& text, const SceneSettings& scene);
 MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);
