@@ -9,6 +9,7 @@
 #include "bench/fidelity/reference.hpp"
 #include "client/device/replay_device.hpp"
 #include "client/device/sim_phantom.hpp"
+#include "common/base/rotation_vector.hpp"
 
 namespace palpate {
 namespace {
@@ -156,6 +157,20 @@ void replace_patches(const Room& room, const FrameJob& job, const PatchMaker& ma
 void low_pass(double cut_off_hz, std::vector<ReplayTick>& ticks) {
   const double gain = 1 - std::exp(-2 * std::numbers::pi * cut_off_hz / kHapticRateHz);
   for (std::size_t i = 1; i < ticks.size(); ++i) ticks[i].felt = ticks[i - 1].felt + gain * (ticks[i].felt - ticks[i - 1].felt);
+}
+
+/// Replaces what is felt, which is held, by what the proxy renders.
+void couple(const StaticJacobian& proxy, std::vector<ReplayTick>& ticks) {
+  std::vector<Wrench> felt(ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const ReplayTick& now = ticks[i];
+    if (now.patch_age < Micros{} || now.felt.isZero(0)) continue;
+    const ReplayTick& then = ticks[i - std::min(i, static_cast<std::size_t>(now.patch_age / kTick))];
+    felt[i] = {now.felt - proxy.stiffness_n_m * (now.position - then.position),
+               now.felt_torque -
+                   proxy.stiffness_n_m * proxy.radius_m * proxy.radius_m * rotation_vector(now.turn * then.turn.inverse())};
+  }
+  for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].felt = felt[i].force, ticks[i].felt_torque = felt[i].torque;
 }
 
 /// Times of a frame that gets a share of a core: the step's grows with the time that it covers, patches have that of their
@@ -343,6 +358,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
             : reference_forces(scene, paths, options.resets, full_model_progress, turns, openings);
   for (std::size_t k = 0; k < n; ++k) {
     if (options.low_pass_hz > 0) low_pass(options.low_pass_hz, results[k].ticks);
+    if (options.jacobian) couple(*options.jacobian, results[k].ticks);
     measure(results[k], references[k], k == 0 ? options.scored : std::vector<std::uint8_t>{});
     count(results[k], world, k, before[k], length);
     results[k].tick_ns_p50 = percentile(tick_ns[k], 0.5);

@@ -23,6 +23,15 @@ namespace palpate {
 /// them, and the age that the patch will reach; empty: no patch.
 using PatchMaker = std::function<std::optional<Patch>(const Room::Origin& at, const Patch& held, Micros horizon)>;
 
+/// A rigid 6-DoF proxy of the tool, coupled to the device's pose by a spring: what is sent is the wrench of the coupling and its
+/// Jacobian, and while the tool touches, the device renders
+///     F(t) = F(t*) - k (h(t) - h(t*)),   T(t) = T(t*) - k rho^2 theta,   theta the rotation vector of R(t) R(t*)^T
+/// (OpenSurgSim's virtual tool coupler).
+struct StaticJacobian {
+  double stiffness_n_m = 0;  ///< k
+  double radius_m = 0;       ///< rho
+};
+
 struct ReplayOptions {
   SchemeAsked scheme = Scheme::port;  ///< empty: the server chooses, as one that needs no time for patches
   int order = 0;                      ///< states, 0 = the scheme's default
@@ -43,6 +52,8 @@ struct ReplayOptions {
   std::vector<std::uint8_t> scored = {};
   PatchMaker make_patch = {};  ///< if not empty, makes the patches instead of the server; `scheme` is then `hold`
   double low_pass_hz = 0;      ///< cut-off of a first-order low-pass of the felt force; 0: none
+  /// If given, what each patch holds is completed by this coupling's Jacobian; `scheme` is then `hold`.
+  std::optional<StaticJacobian> jacobian = {};
   /// Called every tick with the current activity and the share of it that is done.
   std::function<void(const char* what, double share)> progress = {};
 };

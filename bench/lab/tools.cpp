@@ -2,7 +2,8 @@
 //
 // A cell is the handling (handling.hpp) of one scene with one tool through one scheme at one round trip, with the real cores in
 // virtual time, against the full model at 1 kHz with the same tool; or the pull at a fold that its jaws have closed on
-// (pinching.hpp), with the force at which they pinch and the largest pull.
+// (pinching.hpp), with the force at which they pinch and the largest pull; or a task: a scene of a folder, with its own tool and
+// the motion beside it. The scheme `jacobian`, of the comparison alone, is a rigid proxy with a static Jacobian (replay.hpp).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,14 +17,20 @@
 #include "bench/measure/handling.hpp"
 #include "bench/measure/pinching.hpp"
 #include "common/base/error.hpp"
+#include "common/motion/motion.hpp"
 #include "server/body/unload.hpp"
 #include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
 
+constexpr std::array<std::string_view, kSchemeNames.size() + 1> kToolSchemeNames{"hold", "tangent", "ring",
+                                                                                 "port", "hyper",   "jacobian"};
+constexpr std::size_t kJacobian = kSchemeNames.size();
+static_assert(kToolSchemeNames[kJacobian - 1] == kSchemeNames[kJacobian - 1]);
+
 struct ToolCell {
-  std::string scene, tool;  // at_place(), tasks.hpp
+  std::string scene, tool;  // at_place(), tasks.hpp; tool: of scenes/tools, empty: that of the scene, in a task
   std::size_t scheme = 0;
   double pinch = -1;  // opening to which the jaws close; below 0: the handling
   double rtt_ms = 0;
@@ -38,7 +45,7 @@ CellTable<ToolCell> tool_table() {
   CellTable<ToolCell> table;
   table.parameter("scene", &ToolCell::scene)
       .parameter("tool", &ToolCell::tool)
-      .parameter("scheme", &ToolCell::scheme, kSchemeNames)
+      .parameter("scheme", &ToolCell::scheme, kToolSchemeNames)
       .parameter("pinch", &ToolCell::pinch, "{:g}")
       .parameter("rtt_ms", &ToolCell::rtt_ms, "{:g}")
       .result("force_db", &ToolCell::force_db, "{:.2f}")
@@ -58,8 +65,8 @@ CellTable<ToolCell> tool_table() {
 }
 
 struct ToolFlags {
-  std::string out, scenes = "scenes";
-  std::vector<std::string> only{"touch-cube", "touch-stiff", "organ"}, tools, schemes{"port", "hyper"};
+  std::string out, scenes = "scenes", tasks;
+  std::vector<std::string> only, tools, schemes{"port", "hyper"};
   std::vector<double> rtt_ms{0, 50, 150}, pinch;
   int places = 0;
   CellFlags cells;
@@ -67,18 +74,45 @@ struct ToolFlags {
 
 std::string task_of(const ToolCell& cell) { return fmt::format("{}/{}/{:g}", cell.scene, cell.tool, cell.pinch); }
 
+/// The scenes of a folder that have a motion beside them.
+std::vector<std::string> tasks_in(const std::filesystem::path& folder, const std::vector<std::string>& only) {
+  std::vector<std::string> names = scenes_in(folder, only);
+  std::erase_if(names, [&](const std::string& name) { return !std::filesystem::exists(folder / (name + ".csv")); });
+  if (names.empty())
+    throw InputError("--tasks " + folder.string(), "holds no task", "scenes, each with a motion: NAME.json and NAME.csv");
+  return names;
+}
+
 ToolCells tool_cells(const ToolFlags& flags) {
+  std::vector<std::size_t> schemes;
+  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kToolSchemeNames, "--schemes"));
+  const auto crossed_links = [&](const ToolCells& cells) {
+    return crossed(crossed(cells, &ToolCell::scheme, schemes), &ToolCell::rtt_ms, flags.rtt_ms);
+  };
+  if (!flags.tasks.empty()) return crossed_links(crossed(ToolCells(1), &ToolCell::scene, tasks_in(flags.tasks, flags.only)));
   std::vector<std::string> scenes;
-  for (const std::string& name : scenes_in(flags.scenes, flags.only))
+  const std::vector<std::string> usual{"touch-cube", "touch-stiff", "organ"};
+  for (const std::string& name : scenes_in(flags.scenes, flags.only.empty() ? usual : flags.only))
     for (int place = flags.places == 0 ? 0 : 1; place <= flags.places; ++place) scenes.push_back(at_place(name, place));
   std::vector<std::string> tools = flags.tools;
   if (tools.empty())
     for (const NamedTool& tool : named_tools()) tools.push_back(tool.name);
-  std::vector<std::size_t> schemes;
-  for (const std::string& name : flags.schemes) schemes.push_back(index_from(name, kSchemeNames, "--schemes"));
   ToolCells cells = crossed(crossed(ToolCells(1), &ToolCell::scene, scenes), &ToolCell::tool, tools);
   if (!flags.pinch.empty()) cells = crossed(cells, &ToolCell::pinch, flags.pinch);
-  return crossed(crossed(cells, &ToolCell::scheme, schemes), &ToolCell::rtt_ms, flags.rtt_ms);
+  return crossed_links(cells);
+}
+
+void add_task(SweepTasks& tasks, const std::filesystem::path& folder, const ToolCell& cell) {
+  if (tasks.contains(task_of(cell))) return;
+  Scene scene = open_scene((folder / (cell.scene + ".json")).string());
+  Motion motion = read_motion((folder / (cell.scene + ".csv")).string());
+  tasks.emplace(task_of(cell), SweepTask{std::move(scene), std::move(motion), {}});
+}
+
+StaticJacobian proxy_of(const ToolSpec& tool) {
+  double square_m2 = 0;
+  for (const ToolSphere& sphere : tool.shape) square_m2 += sphere.centre.squaredNorm() / static_cast<double>(tool.shape.size());
+  return {tool.contact_stiffness_n_m, std::sqrt(square_m2)};
 }
 
 void add_handling(SweepTasks& tasks, const std::string& folder, const ToolCell& cell) {
@@ -121,7 +155,8 @@ void measure_pull(ToolCell& cell, const SweepTask& task, const ReplayResult& res
 
 void measure_tool(ToolCell& cell, const SweepTask& task) {
   ReplayOptions options;
-  options.scheme = static_cast<Scheme>(cell.scheme);
+  options.scheme = cell.scheme == kJacobian ? Scheme::hold : static_cast<Scheme>(cell.scheme);
+  if (cell.scheme == kJacobian) options.jacobian = proxy_of(task.scene.tool);
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.references = {&task.reference, 1};
   const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
@@ -145,12 +180,12 @@ void report(const ToolCells& cells) {
              "%", "step N", "bytes", "build ms", "us (99 %)");
   for (const ToolCell& c : cells)
     fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
-               c.scene, c.tool, kSchemeNames[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95, c.torque_db, 100 * c.torque_p95,
-               c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+               c.scene, c.tool.empty() ? "its own" : c.tool, kToolSchemeNames[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95,
+               c.torque_db, 100 * c.torque_p95, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
   for (const ToolCell& c : cells)
     if (c.pinch >= 0)
       fmt::print("{} {} {} {:g} ms, closed to {:g}: a pull of {:.2f} N (felt {:.2f} N) at a pinch of {:.2f} N; grip {:.1f} dB\n",
-                 c.scene, c.tool, kSchemeNames[c.scheme], c.rtt_ms, c.pinch, c.pull_n, c.felt_pull_n, c.pinch_n, c.grip_db);
+                 c.scene, c.tool, kToolSchemeNames[c.scheme], c.rtt_ms, c.pinch, c.pull_n, c.felt_pull_n, c.pinch_n, c.grip_db);
 }
 
 int run_tools(const ToolFlags& flags) {
@@ -160,7 +195,11 @@ int run_tools(const ToolFlags& flags) {
   CellSweep<ToolCell> sweep{tool_table(), {}};
   if (!flags.cells.merge) sweep.cells = tool_cells(flags);
   sweep.prepare = [&](ToolCells& cells, unsigned jobs) {
-    for (const ToolCell& cell : cells) add_handling(tasks, flags.scenes, cell);
+    for (const ToolCell& cell : cells)
+      if (cell.tool.empty())
+        add_task(tasks, flags.tasks, cell);
+      else
+        add_handling(tasks, flags.scenes, cell);
     add_references(tasks, jobs);
   };
   sweep.measure = [&](ToolCell& cell) { measure_tool(cell, tasks.at(task_of(cell))); };
@@ -174,10 +213,14 @@ void add_tools(CLI::App& app, Run& run) {
   auto flags = std::make_shared<ToolFlags>();
   CLI::App* c = app.add_subcommand("tools", "measure the error of force and torque on tools with a body, over the round trip");
   c->add_option("--scenes", flags->scenes, "folder of the scenes")->type_name("DIR")->capture_default_str();
-  c->add_option("--only", flags->only, "only these scenes, by file name without .json, separated by commas")
+  c->add_option("--tasks", flags->tasks,
+                "instead of the handling, the scenes of this folder, each with its own tool and the motion in the .csv beside it")
+      ->type_name("DIR");
+  c->add_option("--only", flags->only,
+                "only these scenes, by file name without .json, separated by commas; default: touch-cube, touch-stiff and organ, "
+                "of tasks all")
       ->type_name("NAME")
-      ->delimiter(',')
-      ->capture_default_str();
+      ->delimiter(',');
   c->add_option("--tools", flags->tools, "only these tools of scenes/tools, separated by commas")
       ->type_name("NAME")
       ->delimiter(',');
@@ -198,6 +241,8 @@ void add_tools(CLI::App& app, Run& run) {
   c->add_option("--places", flags->places, "number of places drawn on the surface of each scene; 0: its top")
       ->type_name("N")
       ->check(CLI::Range(0, 64));
+  for (const char* of_handling : {"--scenes", "--tools", "--pinch", "--places"})
+    c->get_option("--tasks")->excludes(c->get_option(of_handling));
   flags->cells.add_to(*c);
   c->add_option("--out", flags->out, "folder for cells.csv")->type_name("DIR")->required();
   c->callback([flags, &run] { run = [flags] { return run_tools(*flags); }; });

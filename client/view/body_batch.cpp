@@ -34,16 +34,21 @@ int affordable_level(const Sight& sight, const Look& look) {
 
 BodyBatch::BodyBatch() {
   constexpr int kFloats = sizeof(Corner) / sizeof(float);
-  static_assert(kFloats == 12, "Corner is four packed vectors");
+  constexpr int kBody = 12;
+  static_assert(kFloats == kBody + 1, "Corner is four packed vectors and a number");
   glBindVertexArray(plain_array_.id());
   glBindBuffer(GL_ARRAY_BUFFER, corner_buffer_.id());
   for (GLuint i = 0; i < 4; ++i) attribute(i, 3, kFloats, 3 * static_cast<int>(i));
+  attribute(4, 1, kFloats, kBody);
   // The strain of a triangle is the same at its three corners: that of the first one is used.
   glBindVertexArray(curved_array_.id());
   for (GLuint i = 0; i < 10; ++i) {
-    attribute(i, 3, 3 * kFloats, 3 * static_cast<int>(i < 7 ? i : i + 1));
+    const int corner = i < 4 ? 0 : i < 7 ? 1 : 2, of_corner = static_cast<int>(i) - (i < 4 ? 0 : i < 7 ? 4 : 7);
+    attribute(i, 3, 3 * kFloats, corner * kFloats + 3 * of_corner);
     glVertexAttribDivisor(i, 1);
   }
+  attribute(11, 1, 3 * kFloats, kBody);
+  glVertexAttribDivisor(11, 1);
   glBindBuffer(GL_ARRAY_BUFFER, pattern_buffer_.id());
   attribute(10, 3, 3, 0);
 }
@@ -70,7 +75,7 @@ bool BodyBatch::show(const Sight& sight, const Look& look) {
 }
 
 bool BodyBatch::is_wall(const Triangle& t) const {
-  return !made_.marks.empty() && std::ranges::any_of(t, [&](std::uint32_t i) { return made_.marks[i] == kWallMark; });
+  return !made_.marks.empty() && std::ranges::any_of(t, [&](std::uint32_t i) { return (made_.marks[i] & kWallMark) != 0; });
 }
 
 void BodyBatch::find_walls() {
@@ -112,8 +117,10 @@ void BodyBatch::add_corners(const std::vector<Triangle>& triangles, bool walls) 
     const Vec3f strain = strain_of(t);
     for (const std::uint32_t i : t) {
       const float scalar = made_.scalars.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.scalars[i];
-      const float kind = walls ? -1.0F : !made_.marks.empty() && made_.marks[i] == kFixedMark ? 1.0F : 0.0F;
-      corners_.push_back({made_.positions[i], normals_[i], Vec3f(scalar, hollow_[i], kind), strain});
+      const std::uint8_t mark = made_.marks.empty() ? 0 : made_.marks[i];
+      const float kind = walls ? -1.0F : (mark & kFixedMark) != 0 ? 1.0F : 0.0F;
+      corners_.push_back(
+          {made_.positions[i], normals_[i], Vec3f(scalar, hollow_[i], kind), strain, static_cast<float>(mark / kBodyMark)});
     }
   }
 }

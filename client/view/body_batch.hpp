@@ -27,6 +27,7 @@ class BodyBatch {
   /// Data of vertex `corner` of a triangle; three are a triangle.
   struct Corner {
     Vec3f position, normal, look, strain;  ///< look: scalar, cavity, 1 fixed or -1 wall; strain: of the edge opposite each corner
+    float body;                            ///< MeshVertex::body
   };
   /// The data from which the corners are computed.
   struct Made {

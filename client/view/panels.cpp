@@ -168,12 +168,15 @@ void draw_body(Column& c) {
                   {"real-time factor", figure(fmt::format("{:.1f}", room.real_time_factor)), 290}}});
 }
 
-/// Draws the names of the rigid parts, in rows.
-void draw_parts(Column& c) {
+/// Draws the names of the bodies, where there are several, and of the rigid parts, in rows.
+void draw_names(Column& c) {
+  std::vector<BodyName> names = c.figures.room->bodies;
+  for (const PartMesh& part : c.figures.parts) names.push_back({part.name, part.colour});
+  if (names.empty()) return;
   std::vector<ImVec2> places;
   float x = c.left + c.at(kPad), y = c.y + c.at(9);
-  for (const PartMesh& part : c.figures.parts) {
-    const float width = c.at(28) + c.pen.measure(13, part.name);
+  for (const BodyName& one : names) {
+    const float width = c.at(28) + c.pen.measure(13, one.name);
     if (x > c.left + c.at(kPad) && x + width > c.right) x = c.left + c.at(kPad), y += c.at(kRow);
     places.push_back({x, y});
     x += width;
@@ -181,9 +184,9 @@ void draw_parts(Column& c) {
   const float height = (y - c.y) / c.pen.scale + kRow + 4;
   c.box(height);
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const PartMesh& part = c.figures.parts[i];
-    c.pen.list.AddCircleFilled({places[i].x + c.at(4), places[i].y + c.at(8)}, c.at(4), packed(srgb_of(part.colour)), 20);
-    c.pen.text(places[i].x + c.at(14), places[i].y, 13, c.pen.theme.ink, part.name);
+    const BodyName& one = names[i];
+    c.pen.list.AddCircleFilled({places[i].x + c.at(4), places[i].y + c.at(8)}, c.at(4), packed(srgb_of(one.colour)), 20);
+    c.pen.text(places[i].x + c.at(14), places[i].y, 13, c.pen.theme.ink, one.name);
   }
   c.y += c.at(height + 10);
 }
@@ -211,7 +214,7 @@ void draw_panels(const Pen& pen, const PanelFigures& figures) {
   draw_plot(column, *figures.forces, "force", 0.5F, "N");
   draw_plot(column, *figures.patch_ages, "patch age", 20, "ms");
   draw_body(column);
-  if (!figures.parts.empty()) draw_parts(column);
+  draw_names(column);
   if (figures.foresight != nullptr) draw_foresight(column);
 }
 

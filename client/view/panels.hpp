@@ -1,4 +1,5 @@
-// The column at the right: stations and their links, force and patch age over time, costs of the body, its rigid parts.
+// The column at the right: stations and their links, force and patch age over time, costs of the body, names of bodies and rigid
+// parts.
 #pragma once
 
 #include <span>

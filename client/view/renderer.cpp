@@ -1,6 +1,7 @@
 #include "client/view/renderer.hpp"
 
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,12 @@ void fill_color_texture(const GlTexture& texture) {
   glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE, texels.data());
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+}
+
+std::vector<Vec3f> linear_colors(std::span<const BodyName> bodies) {
+  std::vector<Vec3f> colors;
+  for (const BodyName& body : bodies) colors.push_back(to_linear(srgb_of(body.colour)));
+  return colors;
 }
 
 }  // namespace
@@ -74,6 +81,8 @@ void Renderer::draw_body(const Shown& shown) {
   program->set("u_contour", contour_step(shown.color_max));
   program->set("u_held", held_color());
   program->set("u_wall", wall_color());
+  program->set("u_several", shown.bodies.empty() ? 0 : 1);
+  for (std::size_t i = 0; i < shown.bodies.size(); ++i) program->set(fmt::format("u_bodies[{}]", i).c_str(), shown.bodies[i]);
   program->set("u_floor_z", shown.lights.floor_center.z());
   program->set("u_size", shown.lights.size);
   program->set("u_line", shown.lights.line_pixels);
@@ -122,6 +131,7 @@ void Renderer::draw(const Sight& sight, const Camera& camera, const Look& look, 
   const bool body_moved = body_batch_.show(sight, look), solids_moved = solid_batch_.show(sight, rest);
   const bool moved = body_moved || solids_moved || !shown_;
   const Shown shown{.lights = lights_of(rest, camera, look, static_cast<float>(width) / static_cast<float>(height), density_),
+                    .bodies = linear_colors(sight.bodies),
                     .color_max = sight.color_max,
                     .lines = look.lines,
                     .smooth_edges = look.smooth_edges,

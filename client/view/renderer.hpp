@@ -29,6 +29,7 @@ class Renderer {
   /// Inputs of a picture apart from body and solids.
   struct Shown {
     Lights lights;
+    std::vector<Vec3f> bodies;  ///< linear colours of several; empty: one
     float color_max;
     Lines lines;
     bool smooth_edges;

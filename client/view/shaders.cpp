@@ -59,10 +59,12 @@ layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
 layout(location = 2) in vec3 a_look;    // scalar, cavity, 1 fixed or -1 wall
 layout(location = 3) in vec3 a_strain;  // of the triangle's edge across from each corner
+layout(location = 4) in float a_body;
 uniform mat4 u_view_projection;
 out vec3 v_edge;
 centroid out vec3 v_position, v_normal, v_look;
 flat out vec3 v_strain;
+flat out float v_body;
 void main() {
   int corner = gl_VertexID % 3;
   v_edge = vec3(corner == 0, corner == 1, corner == 2);
@@ -70,6 +72,7 @@ void main() {
   v_normal = a_normal;
   v_look = a_look;
   v_strain = a_strain;
+  v_body = a_body;
   gl_Position = u_view_projection * vec4(v_position, 1.0);
 }
 )GLSL";
@@ -88,10 +91,12 @@ layout(location = 7) in vec3 a_p2;
 layout(location = 8) in vec3 a_n2;
 layout(location = 9) in vec3 a_look2;
 layout(location = 10) in vec3 a_weight;
+layout(location = 11) in float a_body;
 uniform mat4 u_view_projection;
 out vec3 v_edge;
 centroid out vec3 v_position, v_normal, v_look;
 flat out vec3 v_strain;
+flat out float v_body;
 // Curved point-normal triangles: A. Vlachos et al., I3D 2001. They pass through the body's own vertices.
 vec3 inner(vec3 from, vec3 to, vec3 n) { return (2.0 * from + to - dot(to - from, n) * n) / 3.0; }
 vec3 middle(vec3 p, vec3 q, vec3 n, vec3 m) {
@@ -112,6 +117,7 @@ void main() {
   v_edge = a_weight;
   v_look = a_look0 * u + a_look1 * v + a_look2 * w;
   v_strain = a_strain;
+  v_body = a_body;
   gl_Position = u_view_projection * vec4(v_position, 1.0);
 }
 )GLSL";
@@ -122,15 +128,20 @@ std::string body_fragment(int lines) {
 in vec3 v_edge;
 centroid in vec3 v_position, v_normal, v_look;
 flat in vec3 v_strain;
+flat in float v_body;
 uniform sampler2D u_colors;
 uniform float u_color_max, u_contour, u_floor_z, u_size, u_bias, u_strain_max, u_line;
 uniform vec3 u_held, u_wall;
+uniform vec3 u_bodies[8];  // of several, else unused
+uniform int u_several;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
 out vec4 color;
 void main() {
   float scalar = v_look.x, cavity = v_look.y, fixed_share = v_look.z;
   vec3 n = normalize(v_normal) * (gl_FrontFacing ? 1.0 : -1.0);
   vec3 albedo = texture(u_colors, vec2(scalar / u_color_max * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+  // Bodies have their own colours where they have hardly moved, and a tinge of them elsewhere.
+  if (u_several != 0) albedo = mix(u_bodies[int(v_body + 0.5)], albedo, 0.7 * smoothstep(0.02, 0.4, scalar / u_color_max));
   // What is held fast: slate, softly from the first free vertex on: the border between vertices is nobody's.
   albedo = mix(albedo, u_held, 0.82 * smoothstep(0.0, 1.0, fixed_share));
   albedo = mix(albedo, u_wall, 0.8 * step(0.5, -fixed_share));

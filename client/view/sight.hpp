@@ -28,6 +28,7 @@ struct Sight {
   std::span<const std::size_t> hues = {};  ///< index of each tool's station_color(); empty: that of its place
   std::span<const PatchPin> pins = {};     ///< vertices of the displayed patch; empty: none
   std::span<const Triangle> pin_triangles = {};
+  std::span<const BodyName> bodies = {};        ///< of a scene with several; empty: one
   std::span<const PartMesh> parts = {};         ///< rigid parts of the scene
   std::uint64_t parts_version = 0;              ///< changes with them
   ShapeChannel color = ShapeChannel::position;  ///< quantity of the scalars

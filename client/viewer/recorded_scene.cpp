@@ -285,6 +285,7 @@ RoomView RecordedScene::room_at(Micros t) const {
   RoomView room;
   room.nodes = recording_.head().surface.body_nodes;
   room.tool = recording_.head().tool;
+  room.bodies = recording_.head().bodies;
   Micros took{};
   const auto frames = within(frames_, t - kCostOver, t);
   for (const Frame& frame : frames) took += frame.took;

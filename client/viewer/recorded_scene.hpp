@@ -29,6 +29,7 @@ class RecordedScene {
   /// Surface of the moment that at() returned last, and its vertices at rest; before, that of the first.
   const BodyMesh& mesh() const { return mesh_; }
   const std::vector<Eigen::Vector3f>& rest() const { return rest_; }
+  const std::vector<BodyName>& bodies() const { return recording_.head().bodies; }
   const std::vector<PartMesh>& parts() const { return recording_.head().parts; }
   /// Number of that surface, from 1 on: a blade makes another.
   std::uint32_t mesh_version() const { return mesh_number_ + 1; }

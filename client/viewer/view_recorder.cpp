@@ -17,8 +17,7 @@ RecordedSurface surface_of(const ViewCore& core) {
   for (std::uint32_t v = 0; v < vertices; ++v) {
     surface.nodes.push_back(v);
     surface.rest.push_back(mesh.vertices[v].rest);
-    if (mesh.vertices[v].fixed) surface.fixed.push_back(v);
-    if (mesh.vertices[v].wall) surface.walls.push_back(v);
+    surface.marks.push_back(mark_of(mesh.vertices[v]));
   }
   surface.triangles = mesh.triangles;
   return surface;
@@ -36,6 +35,7 @@ RecordingHead head_of(const ViewCore& core, const std::string& program, Micros u
   if (const Task* task = core.task().task()) head.task = *task;
   head.tool = core.room().tool;
   head.parts = core.parts();
+  head.bodies = core.room().bodies;
   return head;
 }
 

@@ -184,6 +184,8 @@ std::string room_message(const PageState& state) {
   if (state.refused) j["refused"] = true;
   if (state.room != nullptr) {
     for (const StationView& station : state.room->stations) j["stations"].push_back(station_json(station, state.late_known));
+    for (const BodyName& body : state.room->bodies)
+      j["bodies"].push_back({{"name", body.name}, {"color", css(srgb_of(body.colour))}});
     j["nodes"] = state.room->nodes;
     j["rate_hz"] = rounded(state.room->rate_hz, 1);
     j["frame_ms"] = ms(state.room->frame_time);

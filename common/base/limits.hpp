@@ -12,6 +12,7 @@ inline constexpr int kMaxPortTriangles = 40;            ///< triangles of a patc
 inline constexpr int kMaxSamplesPerDatagram = 64;       ///< tool samples in one datagram
 inline constexpr int kMaxTurnsPerDatagram = 46;         ///< and in one where each has an orientation
 inline constexpr int kMaxOpeningsPerDatagram = 41;      ///< and an opening of jaws
+inline constexpr std::size_t kMostBodies = 8;           ///< deformable bodies of a scene
 inline constexpr int kMaxNameBytes = 64;                ///< station and scene names
 inline constexpr int kMaxStations = 64;                 ///< stations of one room
 inline constexpr int kHapticRateHz = 1000;

@@ -133,8 +133,7 @@ bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& s
   surface.body_nodes = table.body_nodes();
   surface.mesh_hash = table.mesh_hash();
   surface.nodes = sense.numbers(table.nodes());
-  surface.fixed = sense.numbers(table.fixed());
-  surface.walls = sense.numbers(table.walls());
+  surface.marks = sense.numbers(table.marks());
   surface.triangles = triangles_of(table.triangles(), sense);
   each(table.rest(), sense, [&](const wire::Point& rest) { surface.rest.push_back(position_of(rest, sense)); });
   const std::size_t vertices = surface.nodes.size();
@@ -142,8 +141,9 @@ bool decode(const record::Surface& table, RecordedSurface& surface, PartSense& s
   for (const std::uint32_t node : surface.nodes) sense.that(node < surface.body_vertices);
   for (const Triangle& triangle : surface.triangles)
     for (const std::uint32_t corner : triangle) sense.that(corner < vertices);
-  for (const auto* marked : {&surface.fixed, &surface.walls})
-    for (const std::uint32_t vertex : *marked) sense.that(vertex < vertices);
+  sense.that(surface.marks.size() == vertices);
+  MeshVertex marked;
+  for (const std::uint8_t mark : surface.marks) sense.that(read_mark(mark, marked));
   return sense.ok();
 }
 
@@ -201,11 +201,9 @@ RecordedMeshChange mesh_change_of(const record::MeshChange& table, Micros base, 
   RecordedMeshChange change{base + Micros{table.at()}, table.number(), table.whole(), {}};
   MeshPiece& piece = change.piece;
   each(table.rest(), sense, [&](const wire::Point& rest) { piece.vertices.push_back({position_of(rest, sense)}); });
-  for (const auto& [marked, mark] : {std::pair{table.fixed(), &MeshVertex::fixed}, {table.walls(), &MeshVertex::wall}})
-    for (const std::uint32_t vertex : sense.numbers(marked)) {
-      sense.that(vertex < piece.vertices.size());
-      if (sense.ok()) piece.vertices[vertex].*mark = true;
-    }
+  const std::vector<std::uint8_t> marks = sense.numbers(table.marks());
+  sense.that(marks.size() == piece.vertices.size());
+  for (std::size_t i = 0; sense.ok() && i < marks.size(); ++i) sense.that(read_mark(marks[i], piece.vertices[i]));
   piece.removed = sense.numbers(table.removed());
   piece.triangles = triangles_of(table.triangles(), sense);
   sense.that(change.number > 0);
@@ -407,6 +405,14 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
   if (table->parts()) {
     sense.that(table->parts()->size() <= kMaxParts);
     each(table->parts(), sense, [&](const record::RigidPart& one) { decode(one, head.parts.emplace_back(), sense); });
+  }
+  if (table->bodies()) {
+    sense.that(table->bodies()->size() <= kMostBodies);
+    each(table->bodies(), sense, [&](const wire::BodyName& one) {
+      head.bodies.push_back({sense.text(one.name()), one.colour()});
+      sense.text(head.bodies.back().name, 1, kMaxNameBytes);
+      sense.that(one.colour() <= 0xffffff);
+    });
   }
   return sense.ok() ? std::optional(std::move(head)) : std::nullopt;
 }

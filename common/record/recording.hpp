@@ -30,8 +30,7 @@ struct RecordedSurface {
   std::vector<std::uint32_t> nodes;  ///< indices of the recorded vertices in the body, ascending
   std::vector<Vec3> rest;            ///< rest positions of these from the scene, before gravity
   std::vector<Triangle> triangles;   ///< indices into `nodes`
-  std::vector<std::uint32_t> fixed;  ///< indices of fixed ones in `nodes`, ascending
-  std::vector<std::uint32_t> walls;  ///< of those on walls of cuts, ascending
+  std::vector<std::uint8_t> marks;   ///< mark_of() each of these
 };
 
 struct RecordingHead {
@@ -46,6 +45,7 @@ struct RecordingHead {
   std::optional<Task> task = {};      ///< of a room, the training task that its scene states
   ToolShape tool = {};                ///< of a room, the body of its tools; empty: points
   std::vector<PartMesh> parts = {};   ///< of a room, the rigid parts of its scene
+  std::vector<BodyName> bodies = {};  ///< of a room whose scene has several
 };
 
 /// The samples of a tool that were passed to a frame, at their original resolution, each once.

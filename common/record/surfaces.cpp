@@ -10,9 +10,8 @@ namespace palpate {
 
 BodyMesh mesh_of(const RecordedSurface& surface) {
   BodyMesh mesh;
-  for (const Vec3& x : surface.rest) mesh.vertices.push_back({x, false});
-  for (const std::uint32_t vertex : surface.fixed) mesh.vertices[vertex].fixed = true;
-  for (const std::uint32_t vertex : surface.walls) mesh.vertices[vertex].wall = true;
+  for (std::size_t i = 0; i < surface.rest.size(); ++i)
+    read_mark(surface.marks[i], mesh.vertices.emplace_back(MeshVertex{surface.rest[i]}));
   mesh.triangles = surface.triangles;
   return mesh;
 }

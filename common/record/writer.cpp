@@ -52,8 +52,7 @@ std::unique_ptr<record::SurfaceT> table_of(const RecordedSurface& surface) {
   for (const Vec3& x : surface.rest) table->rest.push_back(point_of(x));
   for (const Triangle& triangle : surface.triangles)
     table->triangles.insert(table->triangles.end(), triangle.begin(), triangle.end());
-  table->fixed = surface.fixed;
-  table->walls = surface.walls;
+  table->marks = surface.marks;
   return table;
 }
 
@@ -95,6 +94,11 @@ record::HeadT table_of(const RecordingHead& head) {
   if (has_jaws(head.tool))
     for (const ToolSphere& sphere : head.tool) table.jaws.push_back(packer.jaw(sphere));
   for (const PartMesh& part : head.parts) table.parts.push_back(table_of(part));
+  for (const BodyName& body : head.bodies) {
+    table.bodies.push_back(std::make_unique<wire::BodyNameT>());
+    table.bodies.back()->name = made_plain(body.name);
+    table.bodies.back()->colour = body.colour;
+  }
   return table;
 }
 
@@ -133,11 +137,9 @@ std::unique_ptr<record::MeshChangeT> table_of(const MeshPiece& change, std::uint
   auto table = std::make_unique<record::MeshChangeT>();
   table->number = number;
   table->whole = whole;
-  for (std::uint32_t k = 0; k < change.vertices.size(); ++k) {
-    const MeshVertex& vertex = change.vertices[k];
+  for (const MeshVertex& vertex : change.vertices) {
     table->rest.push_back(point_of(vertex.rest));
-    if (vertex.fixed) table->fixed.push_back(k);
-    if (vertex.wall) table->walls.push_back(k);
+    table->marks.push_back(mark_of(vertex));
   }
   table->removed = change.removed;
   for (const Triangle& triangle : change.triangles)
@@ -189,8 +191,7 @@ std::unique_ptr<record::HoldT> table_of(const RecordedHold& hold, bool& broken) 
 }
 
 std::size_t bytes_of(const record::MeshChangeT& t) {
-  return t.rest.size() * sizeof(wire::Point) +
-         (t.fixed.size() + t.walls.size() + t.removed.size() + t.triangles.size()) * sizeof(std::uint32_t);
+  return t.rest.size() * sizeof(wire::Point) + t.marks.size() + (t.removed.size() + t.triangles.size()) * sizeof(std::uint32_t);
 }
 
 bool same(const record::ShapeT& a, const record::ShapeT& b) {
@@ -465,6 +466,7 @@ RecordedSurface recorded_surface(const std::vector<Vec3>& rest, const std::vecto
     surface.nodes.push_back(vertex);
     surface.rest.push_back(rest[vertex]);
   }
+  surface.marks.assign(surface.nodes.size(), 0);
   for (const Triangle& t : triangles) surface.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
   return surface;
 }

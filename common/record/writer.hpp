@@ -60,7 +60,7 @@ class RecordingWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Selects the vertices of a body to record, from its rest positions and triangles; all count as nodes.
+/// Selects the vertices of a body to record, from its rest positions and triangles; all count as nodes, and no mark is set.
 RecordedSurface recorded_surface(const std::vector<Vec3>& rest, const std::vector<Triangle>& triangles, std::uint64_t mesh_hash);
 
 }  // namespace palpate

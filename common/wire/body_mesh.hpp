@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/limits.hpp"
 #include "common/patch/patch.hpp"
 
 namespace palpate {
@@ -23,11 +24,27 @@ struct MeshVertex {
   Vec3 rest = Vec3::Zero();  ///< [m], multiple of kRestStepM
   bool fixed = false;        ///< never moves
   bool wall = false;         ///< of a cut: it lay inside the body before
+  std::uint8_t body = 0;     ///< place in the scene's list of its body, where there are several; below kMostBodies
 };
 
-/// The mark of a vertex on the wire.
-inline constexpr std::uint8_t kFixedMark = 1, kWallMark = 2;
-inline std::uint8_t mark_of(const MeshVertex& vertex) { return vertex.fixed ? kFixedMark : vertex.wall ? kWallMark : 0; }
+/// One of several deformable bodies of a scene.
+struct BodyName {
+  std::string name;
+  std::uint32_t colour = 0;  ///< 0xrrggbb
+};
+
+/// The mark of a vertex on the wire: kFixedMark, kWallMark or 0, plus kBodyMark times its body.
+inline constexpr std::uint8_t kFixedMark = 1, kWallMark = 2, kBodyMark = 4;
+inline std::uint8_t mark_of(const MeshVertex& vertex) {
+  return static_cast<std::uint8_t>((vertex.fixed ? kFixedMark : vertex.wall ? kWallMark : 0) + kBodyMark * vertex.body);
+}
+/// Reads a mark into `vertex`. Returns false when it is none.
+inline bool read_mark(std::uint8_t mark, MeshVertex& vertex) {
+  vertex.fixed = mark % kBodyMark == kFixedMark;
+  vertex.wall = mark % kBodyMark == kWallMark;
+  vertex.body = mark / kBodyMark;
+  return mark % kBodyMark <= kWallMark && vertex.body < kMostBodies;
+}
 
 struct BodyMesh {
   std::vector<MeshVertex> vertices;

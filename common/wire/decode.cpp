@@ -242,11 +242,8 @@ WireFault read_vertices(const flatbuffers::Vector<std::uint8_t>& bytes, std::vec
       const auto bits = read_24(bytes, at + 3 * static_cast<std::size_t>(k));
       vertices[i].rest[k] = (static_cast<std::int32_t>(bits << 8) >> 8) * kRestStepM;
     }
-    const auto mark = bytes[static_cast<flatbuffers::uoffset_t>(at + 9)];
-    vertices[i].fixed = mark == kFixedMark;
-    vertices[i].wall = mark == kWallMark;
     sense.position(vertices[i].rest);
-    sense.that(mark <= kWallMark);
+    sense.that(read_mark(bytes[static_cast<flatbuffers::uoffset_t>(at + 9)], vertices[i]));
   }
   return sense.fault();
 }
@@ -342,6 +339,18 @@ WireFault read(const wire::StationFigures& f, StationView& view) {
   return sense.fault();
 }
 
+void read_bodies(const flatbuffers::Vector<flatbuffers::Offset<wire::BodyName>>* table, std::vector<BodyName>& bodies,
+                 MessageValidator& sense) {
+  if (!table) return;
+  sense.that(table->size() <= kMostBodies);
+  for (const wire::BodyName* body : *table) {
+    sense.name(view_of(body->name()), 1);
+    sense.that(body->colour() <= 0xffffff);
+    if (!sense.ok()) return;
+    bodies.push_back({std::string(view_of(body->name())), body->colour()});
+  }
+}
+
 WireFault read(const wire::RoomView& table, RoomView& m) {
   if (!table.stations() || table.stations()->size() > std::size_t{kMaxStations}) return WireFault::malformed;
   m.nodes = table.nodes();
@@ -365,6 +374,7 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
     view.in_use.limit = Micros{station->patch_limit()};
     m.stations.push_back(std::move(view));
   }
+  read_bodies(table.bodies(), m.bodies, sense);
   return sense.ok() ? read_tool(table.tool(), table.jaws(), m.tool) : sense.fault();
 }
 

@@ -194,9 +194,15 @@ class BodyWriter {
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
     const auto spheres = spheres_of(m.tool);
     const auto jaws = jaws_of(m.tool);
+    packer_.require(m.bodies.size() <= kMostBodies);
+    if (!packer_.ok()) return {};
+    std::vector<Offset<wire::BodyName>> bodies;
+    for (const BodyName& body : m.bodies)
+      bodies.push_back(wire::CreateBodyName(builder_, text(body.name, kMaxNameBytes), body.colour));
     return done(wire::Payload::RoomView,
                 wire::CreateRoomView(builder_, m.nodes, packer_.duration(m.frame_time), packer_.number(m.rate_hz),
-                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved, spheres, jaws));
+                                     packer_.number(m.real_time_factor), stations, m.asleep, m.starved, spheres, jaws,
+                                     bodies.empty() ? 0 : builder_.CreateVector(bodies)));
   }
   Offset<void> operator()(const PatchTerms& m) {
     packer_.require(check(m) == TermsFault::none);

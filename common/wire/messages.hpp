@@ -231,9 +231,10 @@ struct RoomView {
   double rate_hz = 0;           ///< number of those frames
   double real_time_factor = 0;  ///< body time simulated per computing time
   std::vector<StationView> stations;
-  bool asleep = false;   ///< true: the body rests and is not stepped
-  bool starved = false;  ///< true: other load on the server's machine leaves the frames too little of a core
-  ToolShape tool = {};   ///< body of the tools; empty: points
+  bool asleep = false;                ///< true: the body rests and is not stepped
+  bool starved = false;               ///< true: other load on the server's machine leaves the frames too little of a core
+  ToolShape tool = {};                ///< body of the tools; empty: points
+  std::vector<BodyName> bodies = {};  ///< of a scene with several; empty: one
 };
 
 /// Client -> server: reset the body to rest. A request with another count than the server's refers to an earlier reset and is

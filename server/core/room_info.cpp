@@ -67,6 +67,10 @@ std::vector<std::uint32_t> vertices_of(const std::vector<Triangle>& triangles, c
 
 }  // namespace
 
+MeshVertex drawn_vertex(const LumpedBody& body, std::uint32_t vertex, const Vec3& rest) {
+  return {rest.unaryExpr(&to_rest_step), body.is_fixed(vertex), body.is_wall(vertex), body.member_of(vertex)};
+}
+
 RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const LumpedBody& body = scene.body;
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
@@ -77,7 +81,7 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   std::vector<std::uint32_t> place_of(rest.size(), kNone);
   for (const std::uint32_t vertex : facts.vertex_of) {
     place_of[vertex] = static_cast<std::uint32_t>(facts.mesh.vertices.size());
-    facts.mesh.vertices.push_back({rest[vertex].unaryExpr(&to_rest_step), body.is_fixed(vertex), body.is_wall(vertex)});
+    facts.mesh.vertices.push_back(drawn_vertex(body, vertex, rest[vertex]));
   }
   for (const Triangle& t : triangles) facts.mesh.triangles.push_back({place_of[t[0]], place_of[t[1]], place_of[t[2]]});
   facts.mesh_hash = mesh_hash(facts.mesh);
@@ -86,6 +90,8 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
     PartMesh& drawn = facts.parts.emplace_back(PartMesh{part->name, part->colour, part->friction, {{}, part->triangles}});
     for (const Vec3& vertex : part->vertices) drawn.mesh.vertices.push_back({vertex.unaryExpr(&to_rest_step)});
   }
+  if (body.members.size() > 1)
+    for (const Member& member : body.members) facts.bodies.push_back({member.name, member.colour});
   return facts;
 }
 

@@ -23,8 +23,12 @@ struct RoomInfo {
   std::optional<Task> task = {};
   ToolShape tool = {};
   std::vector<PartMesh> parts = {};
-  double coupling_n_m = 0;  ///< contact stiffness of the tools
+  std::vector<BodyName> bodies = {};  ///< of a scene with several
+  double coupling_n_m = 0;            ///< contact stiffness of the tools
 };
+
+/// Returns a vertex of the body at `rest` as viewers receive it.
+MeshVertex drawn_vertex(const LumpedBody& body, std::uint32_t vertex, const Vec3& rest);
 
 /// The mesh holds the vertices that triangles use, ordered along a space-filling curve (Z order, 10 bits per axis): vertices with
 /// neighbouring numbers are near each other in space, so that a run of vertices moves as one.

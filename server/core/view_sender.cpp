@@ -124,10 +124,17 @@ RoomList ViewSender::rooms_for(const Station& viewer) const {
 
 RoomView ViewSender::room_view(const Stations& stations) const {
   const FrameMeter::Figures& lately = body_.lately;
-  RoomView view{
-      facts_.nodes, lately.took_mean, std::min<double>(lately.frames, kMaxRateHz), lately.real_time_factor, {}, body_.asleep,
-      starved_,     facts_.tool};
+  RoomView view{facts_.nodes,
+                lately.took_mean,
+                std::min<double>(lately.frames, kMaxRateHz),
+                lately.real_time_factor,
+                {},
+                body_.asleep,
+                starved_,
+                facts_.tool,
+                facts_.bodies};
   std::size_t bytes = 8 * facts_.tool.size();
+  for (const BodyName& body : facts_.bodies) bytes += body.name.size() + 20;
   for (const auto& [id, station] : stations) {
     if (station.views()) continue;
     bytes += station.hello.station.size() + 64;

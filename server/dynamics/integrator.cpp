@@ -13,11 +13,16 @@ bool is_alone(const std::vector<ToolPort>& ports) {
   return std::none_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::attach || p.touching; });
 }
 
+/// Of a tool with a body it counts whether it touches at all: its spheres come and go with every turn.
 bool same_contacts(const std::vector<ToolPort>& before, const std::vector<ToolPort>& after) {
-  return std::equal(after.begin(), after.end(), before.begin(), [](const ToolPort& p, const ToolPort& q) {
+  const auto touches = [](const std::vector<ToolPort>& ports, std::uint32_t tool) {
+    return std::ranges::any_of(ports, [&](const ToolPort& port) { return port.tool == tool && port.touching; });
+  };
+  return std::equal(after.begin(), after.end(), before.begin(), [&](const ToolPort& p, const ToolPort& q) {
     const NeedleTip &a = p.needle.tip, &b = q.needle.tip;
     if (p.needle.part == NeedlePart::shaft) return true;
-    return p.touching == q.touching && a.inside == b.inside && a.layer == b.layer;
+    const bool same = p.body ? touches(after, p.tool) == touches(before, p.tool) : p.touching == q.touching;
+    return same && a.inside == b.inside && a.layer == b.layer;
   });
 }
 

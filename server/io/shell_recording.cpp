@@ -30,7 +30,9 @@ RecordingHead head_of(const NamedScene& named, const ShellOptions& options) {
   head.surface = recorded_surface(named.scene);
   head.task = named.scene.task;
   head.tool = drawn_shape(named.scene.tool);
-  head.parts = facts_of(named.scene, Vec3::Zero()).parts;
+  RoomInfo facts = facts_of(named.scene, Vec3::Zero());
+  head.parts = std::move(facts.parts);
+  head.bodies = std::move(facts.bodies);
   return head;
 }
 

@@ -161,11 +161,8 @@ RecordedSurface recorded_surface(const Scene& scene) {
   const LumpedBody& body = scene.body;
   RecordedSurface surface = recorded_surface(vertices_at_rest(body), body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
   surface.body_nodes = static_cast<std::uint32_t>(body.nodes.size());
-  for (std::uint32_t k = 0; k < surface.nodes.size(); ++k) {
-    const std::uint32_t vertex = surface.nodes[k];
-    if (body.is_fixed(vertex)) surface.fixed.push_back(k);
-    if (body.is_wall(vertex)) surface.walls.push_back(k);
-  }
+  for (std::size_t k = 0; k < surface.nodes.size(); ++k)
+    surface.marks[k] = mark_of(drawn_vertex(body, surface.nodes[k], surface.rest[k]));
   return surface;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <limits>
 #include <span>
 
 namespace palpate {
@@ -34,11 +35,25 @@ const std::array<HandRollout, 6> kHandRollouts{
      {.accelerates = true, .aside_m_s2 = {kHandAccelerationMs2, 0, 0}, .weight = 0.5},
      {.accelerates = true, .aside_m_s2 = {0, kHandAccelerationMs2, 0}, .weight = 0.5}}};
 
-/// A tool now. `inwards`: unit vector into the surface where it does not touch, else zero.
+/// A tool, or a sphere of one, now. `inwards`: unit vector into the surface where the tool does not touch, else zero.
 struct Hand {
   ToolAt now;
   Vec3 acceleration = Vec3::Zero(), inwards = Vec3::Zero();
 };
+
+/// Returns the point of the surface that is nearest to a tool that does not touch: to one of its spheres.
+SurfacePoint nearest_of(const SteppedBody& body, std::uint32_t tool, const std::vector<double>& surface) {
+  SurfacePoint nearest;
+  double least_m = std::numeric_limits<double>::max();
+  for (std::size_t k = 0; k < body.ports().size(); ++k) {
+    const ToolPort& port = body.ports()[k];
+    if (port.tool != tool || port.kind != ContactKind::touch || port.needle.part == NeedlePart::shaft) continue;
+    const Vec3 there = position_at(body.skin().view(), surface, port.point);
+    const double apart_m = (body.tool(k, body.time()).position - there).norm() - port.sphere.radius_m;
+    if (apart_m < least_m) least_m = apart_m, nearest = port.point;
+  }
+  return nearest;
+}
 
 std::vector<Hand> hands_of(const SteppedBody& body) {
   std::vector<Hand> hands;
@@ -50,9 +65,10 @@ std::vector<Hand> hands_of(const SteppedBody& body) {
       continue;
     }
     Hand& hand = hands.emplace_back(body.tool(k, body.time()), body.hand_motion(k).acceleration);
-    if (port.kind != ContactKind::touch || port.touching || body.skin().empty()) continue;
+    const auto touches = [&](const ToolPort& other) { return other.tool == port.tool && other.touching; };
+    if (port.kind != ContactKind::touch || std::ranges::any_of(body.ports(), touches) || body.skin().empty()) continue;
     if (surface.empty()) surface = body.skin().place(body.state().x);
-    hand.inwards = -normal_at(body.skin().view(), surface, port.point);
+    hand.inwards = -normal_at(body.skin().view(), surface, nearest_of(body, port.tool, surface));
   }
   return hands;
 }

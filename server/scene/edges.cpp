@@ -63,6 +63,12 @@ NodeWeights merged(NodeWeights weights) {
   return each;
 }
 
+std::uint8_t LumpedBody::member_of(std::uint32_t vertex) const {
+  const auto holds = [vertex](const Member& m) { return m.first_node <= vertex && vertex < m.end_node; };
+  const auto at = std::ranges::find_if(members, holds);
+  return at == members.end() ? std::uint8_t{0} : static_cast<std::uint8_t>(at - members.begin());
+}
+
 std::vector<Vec3> vertices_at_rest(const LumpedBody& body) {
   std::vector<Vec3> vertices = body.nodes;
   for (const EmbeddedVertex& vertex : body.embedded) {

@@ -140,6 +140,8 @@ struct LumpedBody {
   bool is_node(std::uint32_t vertex) const { return vertex < nodes.size(); }
   /// Vertices that are no nodes are not fixed.
   bool is_fixed(std::uint32_t vertex) const { return vertex < fixed.size() && fixed[vertex] != 0; }
+  /// Returns the place of its member in `members`, 0 without any.
+  std::uint8_t member_of(std::uint32_t vertex) const;
   /// Returns true if the vertex is on the wall of a cut.
   bool is_wall(std::uint32_t vertex) const { return !is_node(vertex) && embedded[vertex - nodes.size()].is_wall; }
 };

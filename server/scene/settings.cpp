@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "common/base/limits.hpp"
 #include "common/base/plain_text.hpp"
 #include "server/scene/settings_fields.hpp"
 #include "server/scene/task.hpp"
@@ -324,8 +325,8 @@ std::vector<MemberSettings> read_members(const SceneText& text) {
   const auto& in = text.values().bodies;
   std::vector<MemberSettings> out;
   if (text.has("body")) text.refuse("bodies", "body and bodies are both given", "one of them");
-  if (in.empty() || in.size() > kMostMembers)
-    text.refuse("bodies", fmt::format("bodies has {} of them", in.size()), fmt::format("1 to {}", kMostMembers));
+  if (in.empty() || in.size() > kMostBodies)
+    text.refuse("bodies", fmt::format("bodies has {} of them", in.size()), fmt::format("1 to {}", kMostBodies));
   for (std::size_t i = 0; i < in.size(); ++i) {
     const SceneText one = text.of_member(i);
     out.push_back(read_member(one, *in[i]));

@@ -176,7 +176,6 @@ SceneSettings read_settings(const SceneText& text);
 /// Returns the settings as a scene file that reads back to the same settings.
 Json to_json(const SceneSettings& settings);
 
-inline constexpr std::size_t kMostMembers = 8;
 inline constexpr std::uint32_t kUsualBodyColour = 0xc86464;
 inline constexpr double kMaxCoordinateM = 5;  ///< keeps every node well inside kWorldExtentM
 

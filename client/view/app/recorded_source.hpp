@@ -20,6 +20,7 @@ class RecordedSource : public ViewSource {
   const BodyMesh& mesh() const override { return scene_.mesh(); }
   const std::vector<Vec3f>& rest() const override { return scene_.rest(); }
   std::uint64_t mesh_version() const override { return scene_.mesh_version(); }
+  std::span<const BodyName> bodies() const override { return scene_.bodies(); }
   std::span<const PartMesh> parts() const override { return scene_.parts(); }
   std::uint64_t parts_version() const override { return 1; }
   bool show(Micros now, ViewMoment& moment) override;

@@ -68,6 +68,7 @@ Sight SceneView::sight() const {
           .hues = tool_hues_,
           .pins = pins_,
           .pin_triangles = foresight_ ? std::span<const Triangle>(foresight_->triangles) : std::span<const Triangle>(),
+          .bodies = source_.bodies(),
           .parts = source_.parts(),
           .parts_version = source_.parts_version(),
           .color = moment_.shape.channel,

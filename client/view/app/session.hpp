@@ -30,6 +30,7 @@ class ViewSession : public ViewSource {
   const BodyMesh& mesh() const override { return core().mesh(); }
   const std::vector<Vec3f>& rest() const override { return core().rest(); }
   std::uint64_t mesh_version() const override { return core().mesh_version(); }
+  std::span<const BodyName> bodies() const override { return core().room().bodies; }
   std::span<const PartMesh> parts() const override { return core().parts(); }
   std::uint64_t parts_version() const override { return core().parts_version(); }
   /// Shows no tools while the server is silent: their positions and forces are unknown then.

@@ -20,6 +20,8 @@ class ViewSource {
   virtual const std::vector<Vec3f>& rest() const = 0;
   /// Version of the mesh, another one for each topology.
   virtual std::uint64_t mesh_version() const = 0;
+  /// Deformable bodies of a scene with several; empty for one, or until they have arrived.
+  virtual std::span<const BodyName> bodies() const = 0;
   /// Rigid parts of the scene; empty until they have arrived.
   virtual std::span<const PartMesh> parts() const = 0;
   /// Version of the parts, 0 before there are any.

@@ -1,7 +1,7 @@
 // The page: what palpate-web sends, drawn and said; keys and buttons.
 import { contextOf, ForcePlot } from "./plot";
 import { NoteList } from "./notes";
-import { readBinary, WALL_MARK, type Hello, type Part, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage, type Tool } from "./protocol";
+import { BODY_MARK, readBinary, WALL_MARK, type Hello, type Recording, type Room, type Shape, type Station, type Summary, type Task, type TextMessage, type Tool } from "./protocol";
 import { lengthText } from "./scales";
 import { BodyScene } from "./scene";
 import { markElement, Marks } from "./stations";
@@ -77,11 +77,10 @@ function takeBinary(bytes: ArrayBuffer): void {
   if ("mesh" in message) {
     scene.setMesh(message.mesh);
     element("legend").hidden = false;
-    element("cut-row").hidden = !message.mesh.marks.includes(WALL_MARK);
+    element("cut-row").hidden = !message.mesh.marks.some((mark) => mark % BODY_MARK === WALL_MARK);
   } else if ("parts" in message) {
     scene.setParts(message.parts);
-    element("parts-row").replaceChildren(...message.parts.map(partElement));
-    element("parts-row").hidden = message.parts.length === 0;
+    showNames("parts-row", message.parts.map(({ name, color }) => ({ name, color: `#${color.toString(16).padStart(6, "0")}` })));
   } else {
     newest = message.shape;
     marks.see(newest.tools.map((tool) => tool.station));
@@ -89,20 +88,28 @@ function takeBinary(bytes: ArrayBuffer): void {
   }
 }
 
-/** The name of a rigid part, with its colour. */
-function partElement(part: Part): HTMLElement {
-  const box = document.createElement("span");
-  box.className = "swatch";
-  const color = document.createElement("i");
-  color.style.background = `#${part.color.toString(16).padStart(6, "0")}`;
-  box.append(color, part.name);
-  return box;
+/** Shows names of bodies or rigid parts with their colours. */
+function showNames(row: string, names: { name: string; color: string }[]): void {
+  const swatches = names.map(({ name, color }) => {
+    const box = document.createElement("span");
+    box.className = "swatch";
+    const square = document.createElement("i");
+    square.style.background = color;
+    box.append(square, name);
+    return box;
+  });
+  element(row).replaceChildren(...swatches);
+  element(row).hidden = names.length === 0;
 }
 
 function takeText(message: TextMessage): void {
   if (message.type === "hello") takeHello(message);
   else if (message.type === "history") plot.begin(message);
   else if (message.type === "room") {
+    if (JSON.stringify(message.bodies) !== JSON.stringify(room?.bodies)) {
+      scene.setBodies((message.bodies ?? []).map((body) => body.color));
+      showNames("bodies-row", message.bodies ?? []);
+    }
     room = message;
     showRoom();
   } else if (message.type === "notes") {

@@ -10,12 +10,13 @@ export interface Tool {
 }
 
 export const WALL_MARK = 2;
+export const BODY_MARK = 4;
 
 export interface Mesh {
   version: number;
   unit: number; // [m] of a step of displacement
   rest: Float32Array; // x y z of each vertex [m]
-  marks: Uint8Array; // 1: the vertex never moves; WALL_MARK: it is on the wall of a cut
+  marks: Uint8Array; // 1: the vertex never moves; WALL_MARK: it is on the wall of a cut; plus BODY_MARK times its body
   triangles: Uint32Array;
 }
 
@@ -77,6 +78,7 @@ export interface Room {
   speed: number;
   playing: boolean;
   stations: Station[];
+  bodies?: { name: string; color: string }[]; // of a scene with several
   nodes?: number;
   rate_hz?: number | null;
   frame_ms?: number | null;

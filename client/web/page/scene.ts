@@ -2,13 +2,14 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
-import { applyBlocks, type Mesh, type Part, type Shape, type Task, type Tool } from "./protocol";
+import { applyBlocks, BODY_MARK, type Mesh, type Part, type Shape, type Task, type Tool } from "./protocol";
 import { Refinement } from "./refine";
 import { roundDown125, roundUp125 } from "./scales";
 import type { Marks } from "./stations";
 
 const LEAST_LEGEND_M = 0.001;
 const LEAST_FORCE_N = 0.5;
+const MOST_BODIES = 8;
 const ARROW_SHARE = 0.24; // of the body's diagonal, for the strongest force seen
 const TIP_SHARE = 0.014; // radius of a tool's tip, of the diagonal
 const TAN_HALF_VIEW = 0.26;
@@ -80,7 +81,8 @@ export class BodyScene {
   private diagonal = 0.1;
   private tools: Tool[] = [];
   private readonly instruments = new Map<string, Instrument>();
-  private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M } };
+  private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M },
+    several: { value: false }, bodies: { value: Array.from({ length: MOST_BODIES }, () => new THREE.Color()) } };
   private readonly parts = new THREE.Group(); // that are rigid
   private readonly target = new THREE.Group(); // of a training task
   private targetKey = "";
@@ -148,6 +150,13 @@ export class BodyScene {
     this.dirty = true;
   }
 
+  /** Colours of several bodies; none: there is one. */
+  setBodies(colors: string[]): void {
+    this.uniforms.several.value = colors.length > 0;
+    colors.forEach((css, i) => this.uniforms.bodies.value[i].set(css));
+    this.dirty = true;
+  }
+
   /** Extends the scales to known maxima. */
   expect(moved_m: number, force_n: number): void {
     this.colorMost = Math.max(this.colorMost, roundUp125(Math.max(moved_m, 1e-4)));
@@ -183,10 +192,13 @@ export class BodyScene {
     };
     attribute("moved", 1);
     const [position, normal, kind] = [attribute("position", 3), attribute("normal", 3), attribute("kind", 1)];
+    const body = attribute("body", 1);
     position.array.set(mesh.rest);
     fine.place(position.array as Float32Array, normal.array as Float32Array);
-    mesh.marks.forEach((mark, v) => kind.setX(v, [0, 1, -1][mark]));
+    mesh.marks.forEach((mark, v) => kind.setX(v, [0, 1, -1][mark % BODY_MARK]));
+    mesh.marks.forEach((mark, v) => body.setX(v, Math.floor(mark / BODY_MARK)));
     fine.average(kind.array as Float32Array);
+    fine.average(body.array as Float32Array);
     this.body = new THREE.Mesh(geometry, this.bodyMaterial());
     this.body.castShadow = this.body.receiveShadow = true;
     this.body.frustumCulled = false;
@@ -218,18 +230,22 @@ export class BodyScene {
     material.onBeforeCompile = (shader) => {
       shader.uniforms.palette = this.uniforms.palette;
       shader.uniforms.most = this.uniforms.most;
+      shader.uniforms.several = this.uniforms.several;
+      shader.uniforms.bodies = this.uniforms.bodies;
       shader.uniforms.heldColor = { value: this.held };
       shader.uniforms.wallColor = { value: this.wall };
       shader.vertexShader = shader.vertexShader
-        .replace("#include <common>", "#include <common>\nattribute float moved; attribute float kind; varying float vMoved; varying float vKind;")
-        .replace("#include <begin_vertex>", "#include <begin_vertex>\nvMoved = moved; vKind = kind;");
+        .replace("#include <common>", "#include <common>\nattribute float moved; attribute float kind; attribute float body; varying float vMoved; varying float vKind; varying float vBody;")
+        .replace("#include <begin_vertex>", "#include <begin_vertex>\nvMoved = moved; vKind = kind; vBody = body;");
       shader.fragmentShader = shader.fragmentShader
         .replace("#include <common>", `#include <common>
-uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform vec3 wallColor; varying float vMoved; varying float vKind;`)
+uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform vec3 wallColor; varying float vMoved; varying float vKind;
+uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`)
         .replace("#include <color_fragment>", `#include <color_fragment>
 {
   float s = clamp(vMoved / most, 0.0, 1.0);
   vec3 tint = texture2D(palette, vec2(s, 0.5)).rgb;
+  if (several) tint = mix(bodies[int(vBody + 0.5)], tint, 0.7 * smoothstep(0.02, 0.4, s));
   float level = 5.0 * s;                       // contour lines at each fifth of the legend
   float apart = fwidth(level);
   float line = 1.0 - smoothstep(0.6, 1.4, abs(fract(level - 0.5) - 0.5) / max(apart, 1e-5));

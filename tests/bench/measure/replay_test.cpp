@@ -340,3 +340,37 @@ TEST_CASE("A linear patch of an organ has the modes that count until the next on
   // 42.1 dB with the first eight Krylov directions as modes.
   CHECK(play(scene, examination(scene), replay_options_for(Scheme::port, 50)).fidelity.snr_db > 44);
 }
+
+TEST_CASE("A proxy with a static Jacobian adds its spring over the way and the turn since the frame to what is held") {
+  Scene scene = load_scene(kReplaySource + "/scenes/touch-cube.json");
+  scene.tool.shape = {{Vec3(0, 0, 0.005), 0.005}, {Vec3(0.006, 0, 0.008), 0.005}};
+  const Vec3 home = top_of(scene).start;
+  MotionHolds holds;
+  std::vector<MotionPoint> points;
+  for (int k = 0; k <= 60; ++k) {
+    const double in = std::sin(0.05 * k);
+    points.push_back({0.01 * k, home - Vec3(0.002 * in, 0, 0.009 * in)});
+    holds.orientations.emplace_back(Eigen::AngleAxisd(0.2 * in, Vec3::UnitX()));
+  }
+  const Motion motion(points, std::move(holds), "leaning");
+  ReplayOptions options = replay_options_for(Scheme::hold, 40);
+  const ReplayResult held = play(scene, motion, options);
+  options.jacobian = StaticJacobian{300, 0.02};
+  const ReplayResult coupled = play(scene, motion, options);
+  int pressed = 0;
+  for (std::size_t i = 0; i < held.ticks.size(); ++i) {
+    const ReplayTick &tick = held.ticks[i], &felt = coupled.ticks[i];
+    if (tick.felt.isZero(0)) {
+      CHECK(felt.felt.isZero(0));
+      continue;
+    }
+    ++pressed;
+    const Micros now{1000 * static_cast<int>(i)}, then = std::max(now - tick.patch_age, Micros{0});
+    const Vec3 way = motion.position(now) - motion.position(then);
+    const double angle = 0.2 * (std::sin(5 * seconds(now)) - std::sin(5 * seconds(then)));
+    CHECK((felt.felt - tick.felt + 300 * way).norm() < 300 * 2e-5 + 1e-9);
+    CHECK((felt.felt_torque - tick.felt_torque + 300 * 0.02 * 0.02 * angle * Vec3::UnitX()).norm() < 300 * 4e-4 * 2e-4);
+  }
+  CHECK(pressed > 200);
+  CHECK(coupled.fidelity.snr_db < held.fidelity.snr_db);
+}

@@ -184,7 +184,8 @@ TEST_CASE("A recording has its task's progress at any moment, and its notes by t
 
 TEST_CASE("What is held fast is recorded and marked", "[view][replay]") {
   RecordingHead head = test::small_head();
-  head.surface.fixed = {1, 3};
+  head.surface.marks = {0, 0, 0, 0};
+  for (const std::size_t v : {1, 3}) head.surface.marks[v] = kFixedMark;
   RecordingWriter writer(head);
   writer.add_shape(Micros{0}, test::small_shape(0));
   writer.finish();

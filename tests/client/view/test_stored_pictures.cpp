@@ -28,6 +28,7 @@ struct Scenery {
   float zoom = 0;
   bool words = false;  ///< panels, the replay bar, and the patch's prediction
   std::vector<float> scalars = {};
+  std::vector<BodyName> bodies = {};
   std::vector<PatchPin> pins = {};
   std::vector<Triangle> pin_triangles = {};
   int width = kStoredPicturesWidth, height = kStoredPicturesHeight;
@@ -36,6 +37,7 @@ struct Scenery {
     Sight s = demo::sight_of(body);
     s.vertices = vertices;
     s.scalars = scalars;
+    s.bodies = bodies;
     s.pins = pins;
     s.pin_triangles = pin_triangles;
     if (!scalars.empty()) s.color = ShapeChannel::tension, s.color_max = 1;
@@ -71,6 +73,15 @@ Scenery pulled() {
   return s;
 }
 
+/// Three bodies side by side: the middle one is hidden under the tool's indentation in part.
+Scenery several() {
+  Scenery s{.name = "several", .look = {}, .body = demo::pressed_organ(0.008F, 0.9, 3)};
+  s.bodies = {{"left", 0x8a3b32}, {"middle", 0x3f7f6a}, {"right", 0xd9b36c}};
+  for (const Vec3f& x : s.body.rest)
+    s.vertices.push_back({x.cast<double>(), false, false, static_cast<std::uint8_t>(x.x() < -0.02F ? 0 : x.x() < 0.02F ? 1 : 2)});
+  return s;
+}
+
 std::vector<Scenery> sceneries() {
   const demo::Body pressed = demo::pressed_organ(0.008F, 0.9, 3);
   const auto held = held_at_the_end(pressed);
@@ -78,7 +89,8 @@ std::vector<Scenery> sceneries() {
           {.name = "press_dark", .look = {.dark = true}, .body = pressed, .vertices = held},
           {.name = "strain", .look = {.lines = Lines::strain}, .body = pressed, .vertices = held},
           fine(),
-          pulled()};
+          pulled(),
+          several()};
 }
 
 /// Texts of the panels and the replay bar of a picture.

@@ -204,6 +204,7 @@ TEST_CASE("The room's message has each station's link and scheme, and no number 
   const json said = json::parse(room_message(state));
   CHECK(said["type"] == "room");
   CHECK(said["nodes"] == 318);
+  CHECK_FALSE(said.contains("bodies"));
   const json& first = said["stations"][0];
   CHECK(first["rtt_ms"] == 121.5);
   CHECK(first["loss_pct"] == 2.5);
@@ -214,6 +215,8 @@ TEST_CASE("The room's message has each station's link and scheme, and no number 
   CHECK(first["reason"] == describe(known.in_use));
   CHECK(said["stations"][1]["loss_pct"].is_null());
   CHECK_FALSE(said["stations"][1].contains("reason"));
+  room.bodies = {{"liver", 0x7a2f2a}, {"stomach", 0xd08a80}};
+  CHECK(json::parse(room_message(state))["bodies"][1] == json{{"name", "stomach"}, {"color", "#d08a80"}});
   state.late_known = false;
   CHECK_FALSE(json::parse(room_message(state))["stations"][0].contains("late"));
 }

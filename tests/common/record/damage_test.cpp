@@ -326,6 +326,17 @@ TEST_CASE("a rigid part with a triangle of a vertex that is not there damages th
   CHECK_THROWS_WITH(RecordingReader(bytes, "odd.rec"), Catch::Contains("its head is damaged"));
 }
 
+TEST_CASE("marks that are none, or not one for each vertex, damage the head", "[record][hostile]") {
+  for (const std::vector<std::uint8_t>& marks : {std::vector<std::uint8_t>{0, 0, 0, 0, 0}, {0, 0, 0, 3}, {0, 0, 0, 32}}) {
+    RecordingHead head = small_head();
+    head.surface.marks = marks;
+    RecordingWriter writer(head);
+    writer.finish();
+    const auto bytes = writer.take();
+    CHECK_THROWS_WITH(RecordingReader(bytes, "odd.rec"), Catch::Contains("its head is damaged"));
+  }
+}
+
 TEST_CASE("a recording of names that are no text is written as one that can be read", "[record][hostile]") {
   RecordingHead head = small_head();
   head.name = "room \xff";

@@ -36,7 +36,11 @@ TEST_CASE("a recording says what it is of, and keeps the surface's vertices alon
   CHECK(part.mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
   REQUIRE(part.mesh.vertices.size() == 3);
   CHECK(part.mesh.vertices[1].rest == Vec3(0.25, 0, 0.5));
+  REQUIRE(recording.head().bodies.size() == 2);
+  CHECK(recording.head().bodies[1].name == "peak");
+  CHECK(recording.head().bodies[0].colour == 0x102030);
   const RecordedSurface& surface = recording.head().surface;
+  CHECK(surface.marks == small_head().surface.marks);
   CHECK(surface.body_vertices == 5);
   CHECK(surface.mesh_hash == 77);
   CHECK(surface.nodes == std::vector<std::uint32_t>{0, 2, 3, 4});

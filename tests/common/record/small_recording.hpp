@@ -23,7 +23,9 @@ inline RecordingHead small_head() {
   head.task = Task{"hold", PressTask{0.5, 2, 3}};
   head.parts = {{"roof", 0xff8000, 0.25, {{{Vec3(0, 0, 0.5)}, {Vec3(0.25, 0, 0.5)}, {Vec3(0, 0.25, 0.5)}}, {{0, 1, 2}}}}};
   const std::vector<Vec3> rest{{0, 0, 0}, {0.05, 0.05, 0.02}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+  head.bodies = {{"base", 0x102030}, {"peak", 0xffffff}};
   head.surface = recorded_surface(rest, {{0, 3, 2}, {0, 2, 4}, {0, 4, 3}, {2, 3, 4}}, 77);
+  head.surface.marks = {kFixedMark, 0, kWallMark, kBodyMark};
   return head;
 }
 

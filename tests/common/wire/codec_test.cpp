@@ -398,3 +398,25 @@ TEST_CASE("Viewers get the jaws of the room's tools, and their openings") {
   const Tools tools{1, Micros{2}, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "", 0.4}}};
   CHECK(round_trip(tools).tools[0].opening == Approx(0.4).margin(1e-5));
 }
+
+TEST_CASE("Viewers get the names and colours of several bodies, and the body of each vertex") {
+  RoomView room;
+  CHECK(round_trip(room).bodies.empty());
+  room.bodies = {{"liver", 0x7a2f2a}, {"stomach", 0xffffff}};
+  const std::vector<BodyName> bodies = round_trip(room).bodies;
+  REQUIRE(bodies.size() == 2);
+  CHECK(bodies[1].name == "stomach");
+  CHECK(bodies[0].colour == 0x7a2f2a);
+  room.bodies.assign(kMostBodies + 1, {"one", 0});
+  CHECK(seeds::bytes_of(seeds::message(room)).empty());
+  MeshPiece piece{77, 0, 1, 0, {}, {}};
+  for (std::uint8_t body = 0; body < kMostBodies; ++body)
+    for (const auto& [fixed, wall] : {std::pair(false, false), {true, false}, {false, true}})
+      piece.vertices.push_back({Vec3(0.5, 0.25, 0), fixed, wall, body});
+  const MeshPiece back = round_trip(piece);
+  REQUIRE(back.vertices.size() == piece.vertices.size());
+  for (std::size_t i = 0; i < piece.vertices.size(); ++i) CHECK(mark_of(back.vertices[i]) == mark_of(piece.vertices[i]));
+  MeshVertex vertex;
+  CHECK_FALSE(read_mark(kFixedMark + kWallMark, vertex));
+  CHECK_FALSE(read_mark(kBodyMark * kMostBodies, vertex));
+}

@@ -234,7 +234,7 @@ async function checkRooms(browser, work) {
   const port = await freePort();
   const body = await server(port, "--record", join(work, "rooms.rec"), "--record-shapes-hz", "20",
     "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`, "--scene", `cut=${join(scenes, "cuts/dissection.json")}`,
-    "--scene", `parts=${join(scenes, "parts/liver-on-table.json")}`);
+    "--scene", `parts=${join(scenes, "parts/two-organs.json")}`);
   const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`);
   const size = { viewport: { width: 1280, height: 800 }, colorScheme: "light" };
   const page = await open(browser, address, size);
@@ -268,12 +268,15 @@ async function checkRooms(browser, work) {
   assert.ok(await other.isHidden("#parts-row"));
   await other.selectOption("#room", "parts");
   await other.waitForSelector("#parts-row:not([hidden])");
-  assert.deepEqual(await other.locator("#parts-row .swatch").allTextContents(), ["table", "bone", "trocar"]);
-  await other.waitForFunction(() => document.getElementById("title").textContent === "liver-on-table");
+  assert.deepEqual(await other.locator("#parts-row .swatch").allTextContents(), ["bone"]);
+  await other.waitForSelector("#bodies-row:not([hidden])");
+  assert.deepEqual(await other.locator("#bodies-row .swatch").allTextContents(), ["stomach", "liver"]);
+  await other.waitForFunction(() => document.getElementById("title").textContent === "two-organs");
   await bodyIsDrawn(other);
   await other.screenshot({ path: join(out, "parts.png") });
   await other.selectOption("#room", "cut");
   await other.waitForSelector("#parts-row", { state: "hidden" });
+  await other.waitForSelector("#bodies-row", { state: "hidden" });
 
   await page.selectOption("#room", "cube");
   await page.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");

@@ -1,8 +1,10 @@
 // One hand that would use all available time, and one that only presses. Work is counted in Newton iterations.
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <utility>
 
 #include "common/base/random.hpp"
+#include "common/motion/motion.hpp"
 #include "common/player/player.hpp"
 #include "server/room/room.hpp"
 
@@ -177,6 +179,35 @@ TEST_CASE("A hand under which a body folds keeps it: a frame may take the work t
     if (k > 4) CHECK(result.stations.front().contact);
   }
   CHECK(most > 200);  // what five steps may take by themselves
+}
+
+TEST_CASE("Spheres of an instrument that come and go on a body cost it no hand: none of the tasks is let go of") {
+  const auto folder = std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/handling";
+  for (const char* name : {"edge", "hole", "fold", "two-organs"}) {
+    CAPTURE(name);
+    Room room(load_scene((folder / name).replace_extension(".json")));
+    const Motion motion = read_motion((folder / name).replace_extension(".csv"));
+    const Micros begin{1'000'000};
+    room.start(begin);
+    FrameJob job;
+    job.target = begin;
+    job.frame = kCostlyFrame;
+    int touched = 0;
+    while (job.target < begin + motion.duration()) {
+      job.begin = std::exchange(job.target, job.target + kCostlyFrame);
+      StationJob hand;
+      hand.id = kPresses;
+      hand.scheme = Scheme::hold;
+      hand.horizon = kCostlyFrame;
+      for (Micros t = job.begin + kTick; t <= job.target; t += kTick)
+        hand.samples.push_back({t, motion.position(t - begin), motion.orientation(t - begin)});
+      job.stations = {hand};
+      const FrameResult result = room.run(job);
+      CHECK(result.released.empty());
+      touched += result.stations.front().contact;
+    }
+    CHECK(touched > 50);
+  }
 }
 
 TEST_CASE("Time that is left out moves nothing: the tool is led from where the body knew it to where it is") {
