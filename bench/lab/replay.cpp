@@ -231,12 +231,15 @@ int run_replay(const ReplayFlags& flags) {
       print_no_contact(scene, result, name.string() + ".csv");
       return 1;
     }
+    const bool turned = result.torque.contact_ticks > 0;
     if (first)
-      fmt::print("{:>8} {:<9} {:>8} {:>14} {:>8} {:>8} {:>9} {:>7}\n", "RTT [ms]", "served", "SNR [dB]", "p95 error [%]",
-                 "lag [ms]", "patches", "patch [B]", "states");
+      fmt::print("{:>8} {:<9} {:>8} {:>14}{} {:>8} {:>8} {:>9} {:>7}\n", "RTT [ms]", "served", "SNR [dB]", "p95 error [%]",
+                 turned ? "  of torque" : "", "lag [ms]", "patches", "patch [B]", "states");
     const std::string served(options.make_patch ? flags.scheme : name_of(result.last_patch.scheme));
-    fmt::print("{:>8g} {:<9} {:>8.1f} {:>14.1f} {:>8} {:>8} {:>9.0f} {:>7}\n", rtt_ms, served, result.fidelity.snr_db,
-               100 * result.fidelity.p95_rel_error, result.fidelity.lag_ms, result.patches_used, result.patch_bytes_mean,
+    const std::string torque =
+        turned ? fmt::format(" {:>4.1f} {:>5.1f}", result.torque.snr_db, 100 * result.torque.p95_rel_error) : "";
+    fmt::print("{:>8g} {:<9} {:>8.1f} {:>14.1f}{} {:>8} {:>8} {:>9.0f} {:>7}\n", rtt_ms, served, result.fidelity.snr_db,
+               100 * result.fidelity.p95_rel_error, torque, result.fidelity.lag_ms, result.patches_used, result.patch_bytes_mean,
                result.patch_states);
     std::fflush(stdout);
   }

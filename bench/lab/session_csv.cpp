@@ -131,6 +131,9 @@ class Exporter {
     tables_.row(to / "forces.csv", "t_s,fx_n,fy_n,fz_n,contact,x_m,y_m,z_m",
                 "{:.6f},{:.9g},{:.9g},{:.9g},{:d},{:.9f},{:.9f},{:.9f}", t_s(t.t), t.force.x(), t.force.y(), t.force.z(),
                 t.contact, t.tool.x(), t.tool.y(), t.tool.z());
+    if (!t.torque.isZero(0))
+      tables_.row(to / "torques.csv", "t_s,tx_nm,ty_nm,tz_nm", "{:.6f},{:.9g},{:.9g},{:.9g}", t_s(t.t), t.torque.x(),
+                  t.torque.y(), t.torque.z());
     if (t.has_patch)
       tables_.row(to / "patches.csv", "stamp_s,scheme,states,bytes,bridge_ms", "{:.6f},{},{},{},{:.3f}", t_s(t.t),
                   palpate::name_of(t.scheme), t.states, t.bytes, ms(t.horizon));

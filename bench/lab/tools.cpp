@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "bench/fidelity/replay.hpp"
 #include "bench/lab/cells.hpp"
@@ -37,6 +38,7 @@ struct ToolCell {
   // Results:
   double force_db = 0, force_p95 = 0, torque_db = 0, torque_p95 = 0, step_n = 0;
   double grip_db = 0, pinch_n = 0, pull_n = 0, felt_pull_n = 0;  // of jaws; the latter three of the largest pull
+  double contact_s = 0;                                          // of the full model
   double frame_bytes = 0, build_ms = 0, tick_us = 0, tick_p99_us = 0;
 };
 using ToolCells = std::vector<ToolCell>;
@@ -57,6 +59,7 @@ CellTable<ToolCell> tool_table() {
       .result("pinch_n", &ToolCell::pinch_n, "{:.4g}")
       .result("pull_n", &ToolCell::pull_n, "{:.4g}")
       .result("felt_pull_n", &ToolCell::felt_pull_n, "{:.4g}")
+      .result("contact_s", &ToolCell::contact_s, "{:.4g}")
       .result("frame_bytes", &ToolCell::frame_bytes, "{:.0f}")
       .result("build_ms", &ToolCell::build_ms, "{:.4g}")
       .result("tick_us", &ToolCell::tick_us, "{:.4g}")
@@ -160,6 +163,7 @@ void measure_tool(ToolCell& cell, const SweepTask& task) {
   options.link.latency = from_seconds(cell.rtt_ms * 0.5e-3);
   options.references = {&task.reference, 1};
   const ReplayResult result = replay(task.scene, task.motion, options, processor_ns);
+  cell.contact_s = 1e-3 * static_cast<double>(result.fidelity.contact_ticks);
   cell.force_db = result.fidelity.snr_db;
   cell.force_p95 = result.fidelity.p95_rel_error;
   cell.torque_db = result.torque.snr_db;
@@ -173,19 +177,27 @@ void measure_tool(ToolCell& cell, const SweepTask& task) {
   cell.tick_p99_us = 1e-3 * result.tick_ns_p99;
 }
 
-void report(const ToolCells& cells) {
+/// Returns false if some cells were never touched: they are not scored.
+bool report(const ToolCells& cells) {
   fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "scene", "tool", "scheme", "RTT",
              "force", "p95", "torque", "p95", "largest", "patch", "patch", "tick");
   fmt::print("{:<16} {:<14} {:<6} {:>4}  {:>7} {:>6}  {:>8} {:>6}  {:>8} {:>6} {:>9} {:>12}\n", "", "", "", "ms", "dB", "%", "dB",
              "%", "step N", "bytes", "build ms", "us (99 %)");
-  for (const ToolCell& c : cells)
+  for (const ToolCell& c : cells) {
+    if (c.contact_s == 0) continue;
     fmt::print("{:<16} {:<14} {:<6} {:>4g}  {:>7.1f} {:>6.1f}  {:>8.1f} {:>6.1f}  {:>8.2f} {:>6.0f} {:>9.2f} {:>5.1f} ({:.1f})\n",
                c.scene, c.tool.empty() ? "its own" : c.tool, kToolSchemeNames[c.scheme], c.rtt_ms, c.force_db, 100 * c.force_p95,
                c.torque_db, 100 * c.torque_p95, c.step_n, c.frame_bytes, c.build_ms, c.tick_us, c.tick_p99_us);
+  }
   for (const ToolCell& c : cells)
     if (c.pinch >= 0)
       fmt::print("{} {} {} {:g} ms, closed to {:g}: a pull of {:.2f} N (felt {:.2f} N) at a pinch of {:.2f} N; grip {:.1f} dB\n",
                  c.scene, c.tool, kToolSchemeNames[c.scheme], c.rtt_ms, c.pinch, c.pull_n, c.felt_pull_n, c.pinch_n, c.grip_db);
+  std::set<std::string> untouched;
+  for (const ToolCell& c : cells)
+    if (c.contact_s == 0) untouched.insert(fmt::format("{} {}", c.scene, c.tool));
+  for (const std::string& name : untouched) fmt::print("{}: not scored, as the tool never met the body\n", name);
+  return untouched.empty();
 }
 
 int run_tools(const ToolFlags& flags) {
@@ -203,8 +215,8 @@ int run_tools(const ToolFlags& flags) {
     add_references(tasks, jobs);
   };
   sweep.measure = [&](ToolCell& cell) { measure_tool(cell, tasks.at(task_of(cell))); };
-  if (const auto cells = run_cells(sweep, flags.cells, out)) report(*cells);
-  return 0;
+  const auto cells = run_cells(sweep, flags.cells, out);
+  return !cells || report(*cells) ? 0 : 1;
 }
 
 }  // namespace

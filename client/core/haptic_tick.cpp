@@ -115,20 +115,16 @@ Micros HapticTick::valid_for() const noexcept {
   return std::min(player_.patch().valid_for, most);
 }
 
-/// Returns the scale k_max / k of the header, and counts it.
-double HapticTick::share_of(const Patch& patch) noexcept {
+/// Returns the scale k_max / k of the header.
+double HapticTick::share_of(const Patch& patch) const noexcept {
   const GuardLimits& limits = guard_.limits();
   const auto scale = [&](double most, double (*of)(const Patch&) noexcept) {
     if (most <= 0) return 1.0;
     const double stiffness = of(patch);
     return stiffness > most ? most / stiffness : 1.0;
   };
-  const double share = std::min(scale(limits.stiffness_max_n_m, &stiffness_of_port),
-                                limits.renders_torque ? scale(limits.torsion_stiffness_max_nm_rad, &torsion_of_port) : 1.0);
-  if (share >= 1) return 1;
-  ++counts_.softened;
-  counts_.softened_most = std::min(counts_.softened_most, share);
-  return share;
+  return std::min(scale(limits.stiffness_max_n_m, &stiffness_of_port),
+                  limits.renders_torque ? scale(limits.torsion_stiffness_max_nm_rad, &torsion_of_port) : 1.0);
 }
 
 /// Renews the patch in use, which is as good as one stamped `stamp`.
@@ -172,10 +168,13 @@ void HapticTick::hand_over(PatchPlayer& next, const ToolSample& now) noexcept {
   for (std::size_t k = recent_.first_after(next.time()); k < recent_.size(); ++k) next.advance(recent_[k]);
   renew(std::max(next.patch().stamp, std::min(renewed_to(), next.patch().stamp + kRenewedMost)), now.t);
   // The same patch again is one whose terms have arrived.
-  if (!has_player_ || next.patch().seq != player_.patch().seq) ++counts_.patches_used;
+  const bool another = !has_player_ || next.patch().seq != player_.patch().seq;
+  counts_.patches_used += another;
   const PlayerOutput old = has_player_ ? player_.advance(now) : PlayerOutput{};
   const Wrench before = softening_ * Wrench(old.force, old.torque) + fade_offset_;
   softening_ = share_of(next.patch());
+  counts_.softened += another && softening_ < 1;
+  counts_.softened_most = std::min(counts_.softened_most, softening_);
   const PlayerOutput fresh = next.advance(now);
   const Wrench after = softening_ * Wrench(fresh.force, fresh.torque), step = before - after;
   player_ = next;

@@ -153,7 +153,7 @@ class HapticTick {
   Micros renewed_to() const noexcept { return Micros{renewed_to_us_.load(std::memory_order_relaxed)}; }
   void restart_after_gap(Micros now) noexcept;
   Micros valid_for() const noexcept;
-  double share_of(const Patch& patch) noexcept;
+  double share_of(const Patch& patch) const noexcept;
   void renew(Micros stamp, Micros now) noexcept;
   void note_ages(Micros next_stamp, Micros now) noexcept;
   void note_age(Micros age) noexcept;

@@ -253,7 +253,7 @@ std::string describe(const DeviceFigures& f, const DeviceCaps& caps) {
   if (caps.renders_torque)
     text += fmt::format("torque      peak {}, lasting {}, stiffness {}\n", known(caps.torque_max_nm, "N m"),
                         known(caps.torque_continuous_nm, "N m"), known(caps.torsion_stiffness_max_nm_rad, "N m/rad"));
-  else if (caps.has_orientation)
+  else
     text +=
         "torque      none: it has no motors for it, or no limits of it are known; a tool with a body is felt by its force "
         "alone\n";

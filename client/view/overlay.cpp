@@ -19,9 +19,11 @@
 namespace palpate {
 namespace {
 
-/// Returns the force on a tool and its depth.
+/// Returns the force on a tool, the torque on one with a body, and its depth.
 std::string felt(const Sight& sight, std::size_t i, int digits) {
-  const std::string force = fmt::format("{:.{}f} N", sight.tools[i].force.norm(), digits);
+  std::string force = fmt::format("{:.{}f} N", sight.tools[i].force.norm(), digits);
+  if (const double torque_nm = sight.tools[i].torque.norm(); torque_nm > 0)
+    force += fmt::format(", {:.0f} mN m", 1e3 * torque_nm);
   return sight.depth(i) < 5e-5F ? force : force + fmt::format(", {:.1f} mm deep", 1e3F * sight.depth(i));
 }
 

@@ -224,11 +224,13 @@ std::vector<ToolView> RecordedScene::tools_at(Micros t) const {
     const auto a = last_until(hand.touches, t);
     if (a == hand.touches.end() || a->t != frame->t || hand.role == RecordedRole::shadow) continue;
     ToolView tool{hand.name.empty() ? recording_.name_of(id) : hand.name, a->tool, a->force, a->contact};
+    tool.torque = a->torque;
     const auto b = std::next(a);
     if (b != hand.touches.end() && b->t - a->t <= kFarFrames) {
       const double s = seconds(t - a->t) / seconds(b->t - a->t);
       tool.position += s * (b->tool - a->tool);
       tool.force += s * (b->force - a->force);
+      tool.torque += s * (b->torque - a->torque);
       tool.contact = s < 0.5 ? a->contact : b->contact;
     }
     hold_at(hand, t, tool);

@@ -101,6 +101,7 @@ void ViewRecorder::take_tools(const Tools& tools, const RoomView& room) {
     touch.station = station(tool.station, room);
     touch.tool = tool.position;
     touch.force = tool.force;
+    touch.torque = tool.torque;
     touch.contact = tool.contact;
     if (const StationView* known = find(room, tool.station)) {
       touch.has_patch = known->states > 0;

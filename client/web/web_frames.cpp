@@ -40,11 +40,12 @@ void append_triangles(std::string& out, const std::vector<Triangle>& triangles) 
 }
 
 void append_tool(std::string& out, const ToolView& tool) {
-  append(out, static_cast<std::uint8_t>((tool.contact ? 1 : 0) | (tool.orientation ? 2 : 0)));
+  append(out, static_cast<std::uint8_t>((tool.contact ? 1 : 0) | (tool.orientation ? 2 : 0) | (tool.torque.isZero(0) ? 0 : 4)));
   append(out, tool.buttons);
   append_vector(out, tool.position);
   append_vector(out, tool.force);
   if (tool.orientation) append_vector(out, tool.orientation->coeffs());
+  if (!tool.torque.isZero(0)) append_vector(out, tool.torque);
   append_name(out, tool.station);
 }
 

@@ -45,7 +45,7 @@ void add_block(Session& session, const RecordingReader& recording, const Recorde
   }
   for (const RecordedTouch& touch : block.touches)
     append(hand_of(session, recording.name_of(touch.station)).forces,
-           {since_begin(touch.t), touch.force, touch.contact, Vec3::Zero()});
+           {since_begin(touch.t), touch.force, touch.contact, touch.torque});
   for (const RecordedEvent& event : block.events)
     if (event.kind == RecordedEventKind::reset) session.resets_s.push_back(since_begin(event.t));
   for (const RecordedNote& note : block.notes)

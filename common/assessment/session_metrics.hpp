@@ -2,7 +2,7 @@
 //
 //   contact_s       time in contact; a force holds until the next one, for at most kHoldMostS
 //   force_peak_n    largest |f|;  force_mean_n: mean |f| over the time in contact
-//   torque_peak_nm  largest |t| about the tool point; 0 for a tool that is a point and in recordings of a server
+//   torque_peak_nm  largest |t| about the tool point; 0 for a tool that is a point
 //   over_s          time with |f| above the threshold; overs: number of times it was exceeded, counted anew after it fell below
 //                   kOverEnds of it
 //   path_m          length of the path, resampled to kResampleHz

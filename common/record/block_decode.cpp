@@ -220,7 +220,8 @@ RecordedTouch touch_of(const record::Touch& t, Micros base, MessageValidator& se
           scheme_of(t.scheme(), sense),
           t.states(),
           t.bytes(),
-          Micros{t.bridge()}};
+          Micros{t.bridge()},
+          finite_of(t.torque(), sense)};
 }
 
 RecordedTick tick_of(const record::Tick& t, Micros base, MessageValidator& sense) {

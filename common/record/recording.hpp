@@ -70,8 +70,9 @@ struct RecordedTouch {
   bool contact = false, has_patch = false;
   Scheme scheme = Scheme::hold;
   int states = 0;
-  std::uint32_t bytes = 0;  ///< size of its datagrams, with its terms
-  Micros horizon{};         ///< its prediction horizon
+  std::uint32_t bytes = 0;     ///< size of its datagrams, with its terms
+  Micros horizon{};            ///< its prediction horizon
+  Vec3 torque = Vec3::Zero();  ///< on a tool with a body, about the tool point [N m]
 };
 
 struct RecordedShape {

@@ -302,8 +302,8 @@ void RecordingWriter::add(const RecordedFrame& f) {
 void RecordingWriter::add(const RecordedTouch& t) {
   const std::int32_t at = state_->at(t.t, sizeof(record::Touch));
   const auto flags = static_cast<std::uint8_t>((t.contact ? 1 : 0) | (t.has_patch ? 2 : 0));
-  state_->block.touches.emplace_back(at, t.station, point_of(t.tool), vec_of(t.force), micros_of(t.horizon), t.bytes,
-                                     clamped<std::uint16_t>(t.states), static_cast<std::uint8_t>(t.scheme), flags);
+  state_->block.touches.emplace_back(at, t.station, point_of(t.tool), vec_of(t.force), vec_of(t.torque), micros_of(t.horizon),
+                                     t.bytes, clamped<std::uint16_t>(t.states), static_cast<std::uint8_t>(t.scheme), flags);
 }
 
 void RecordingWriter::add_shape(Micros t, const std::vector<Vec3>& positions) {

@@ -400,6 +400,10 @@ WireFault read(const wire::Tools& table, Tools& m) {
       sense.turn(*tool->turn());
       view.orientation = pack::from(*tool->turn());
     }
+    if (tool->torque()) {
+      view.torque = pack::from(*tool->torque());
+      sense.torque(view.torque);
+    }
     view.buttons = tool->buttons();
     view.opening = pack::opening_from(tool->opening());
     sense.name(view_of(tool->guides()), 0);

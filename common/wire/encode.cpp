@@ -170,10 +170,11 @@ class BodyWriter {
       const ToolView& tool = m.tools[i];
       const wire::ToolState state{packer_.point(tool.position), packer_.vec(tool.force), tool.contact};
       const auto turn = tool.orientation ? packer_.turn(*tool.orientation) : wire::Turn();
+      const auto torque = packer_.vec(tool.torque);
       const auto station = text(tool.station, kMaxNameBytes);
       const auto guides = tool.guides.empty() ? 0 : text(tool.guides, kMaxNameBytes);
       views[i] = wire::CreateToolView(builder_, station, &state, tool.orientation ? &turn : nullptr, tool.buttons, guides,
-                                      packer_.opening(tool.opening));
+                                      packer_.opening(tool.opening), tool.torque.isZero(0) ? nullptr : &torque);
     }
     const auto tools = builder_.CreateVector(views.data(), m.tools.size());
     const auto time = packer_.time(m.body_time);

@@ -205,6 +205,7 @@ struct ToolView {
   std::uint32_t buttons = 0;     ///< bit n: button n is pressed
   std::string guides = {};       ///< name of the station whose tool it guides; empty: none
   double opening = 0;            ///< of its jaws, the newest one received
+  Vec3 torque = Vec3::Zero();    ///< on a tool with a body, about the tool point [N m]
 };
 struct Tools {
   std::uint32_t frame = 0;

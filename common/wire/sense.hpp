@@ -27,6 +27,7 @@ class MessageValidator {
   }
   void position(const Vec3& v) { vec(v, kWorldExtentM); }
   void force(const Vec3& v) { vec(v, kMaxForceN); }
+  void torque(const Vec3& v) { vec(v, kMaxTorqueNM); }
   void turn(const wire::Turn& t) { that(pack::vector_of(t).norm() <= pack::kTurnMostRad + pack::kTurnRoundingRad); }
   /// Returns the sphere; `jaw`: null if none of its tool is on a jaw.
   ToolSphere sphere(const wire::Sphere& s, const wire::Jaw* jaw) {

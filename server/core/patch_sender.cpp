@@ -42,8 +42,9 @@ void PatchSender::take(FrameResult& result, Stations& stations, const BodyNow& b
 }
 
 void PatchSender::give(const Stations& stations, Station& station, StationFrame& frame, Micros now) {
-  station.shown = {station.hello.station,  frame.tool, as_carried(frame.force), frame.contact, station.tool.orientation(),
-                   station.tool.pressed(), {},         station.tool.opening()};
+  station.shown = {
+      station.hello.station,  frame.tool, as_carried(frame.force), frame.contact,           station.tool.orientation(),
+      station.tool.pressed(), {},         station.tool.opening(),  as_carried(frame.torque)};
   station.has_shown = true;
   const bool was_released = std::exchange(station.released, frame.released);
   if (!station.served) return beat(stations, station);

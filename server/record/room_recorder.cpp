@@ -74,6 +74,7 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
   touch.station = frame.id;
   touch.tool = frame.tool;
   touch.force = frame.force;
+  touch.torque = frame.torque;
   touch.contact = frame.contact;
   touch.has_patch = frame.patch.has_value();
   if (const auto job = jobs_.find(frame.id); job != jobs_.end()) touch.horizon = job->second.horizon;

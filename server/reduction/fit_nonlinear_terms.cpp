@@ -100,7 +100,7 @@ bool terms_depart(const Patch& patch, const NonlinearTerms& terms, Micros horizo
   const ToolAt now{patch.tool, patch.tool_velocity};
   PatchPlayer whole(patch, terms), linear(patch, {});
   for (Micros after = kCompareEvery; after <= horizon; after += kCompareEvery) {
-    const ToolSample tool{patch.stamp + after, dead_reckoned(now, seconds(after)).position};
+    const ToolSample tool{patch.stamp + after, dead_reckoned(now, seconds(after)).position, patch.turn, patch.opening};
     const Vec3 expected = linear.advance(tool).force;
     if (!((whole.advance(tool).force - expected).norm() <= kTimes * expected.norm() + kBesidesN)) return true;
   }

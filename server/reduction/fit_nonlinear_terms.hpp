@@ -43,7 +43,7 @@ struct HyperModel {
 /// has_nonlinear_elements().
 std::optional<NonlinearTerms> nonlinear_terms(const WholeBody& body, const Patch& patch, const HyperModel& model, int vertices);
 
-/// Returns true if the terms of a patch depart. For the tool as a point, without its orientation.
+/// Returns true if the terms of a patch depart where its tool, held as it is, moves on.
 bool terms_depart(const Patch& patch, const NonlinearTerms& terms, Micros horizon);
 
 }  // namespace palpate

@@ -263,7 +263,7 @@ std::optional<BuiltPatch> build_patch(FrameModel& frame, std::size_t which, cons
     auto built = build_as_requested(frame, which, request);
     if (!built) return built;
     // The check takes 2 % of the time of a solid's patch, a tenth of that of springs, which have not been seen to depart.
-    const bool may_depart = frame.dynamics().body().is_solid() && !frame.ports()[which].body;
+    const bool may_depart = frame.dynamics().body().is_solid();
     if (built->terms.variables > 0 && !(may_depart && terms_depart(built->patch, built->terms, request.horizon))) return built;
   }
   PatchRequest linear = request;

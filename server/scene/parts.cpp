@@ -37,6 +37,7 @@ std::vector<PartSettings> read_parts(const SceneText& text, const SceneSettings&
   if (in.size() > kMostParts)
     text.refuse("parts", fmt::format("parts has {} of them", in.size()), fmt::format("at most {}", kMostParts));
   std::set<std::string> names;
+  for (const MemberSettings& member : scene.members) names.insert(member.name);
   for (std::size_t i = 0; i < in.size(); ++i) {
     const schema::PartT& part = *in[i];
     const std::string path = at("parts", i);
@@ -45,7 +46,8 @@ std::vector<PartSettings> read_parts(const SceneText& text, const SceneSettings&
       text.refuse(path, path + " is given with a body that is cut", "rigid parts or cuts");
     if (!is_name(part.name)) text.refuse(path + ".name", std::string("1 to 64 bytes of ") + kNameCharacters);
     if (!names.insert(part.name).second)
-      text.refuse(path + ".name", path + ".name is \"" + part.name + "\", as that of a part before", "a name of its own");
+      text.refuse(path + ".name", path + ".name is \"" + part.name + "\", as that of a body or a part before",
+                  "a name of its own");
     if (!part.mesh) text.refuse(path + ".mesh", "an object with the file of a closed surface");
     text.in_range(path + ".mu", part.mu, 0, 2, "");
     text.in_range(path + ".stiffness_ratio", part.stiffness_ratio, 0.1, 100, "");

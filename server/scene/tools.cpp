@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "server/scene/settings_fields.hpp"
 #include "tool_files.hpp"
@@ -107,7 +108,13 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
   if (shape.size() > kMaxToolSpheres)
     text.refuse(path, fmt::format("the body of the tool has {} spheres, those of its capsules included", shape.size()),
                 fmt::format("at most {}", kMaxToolSpheres));
-  if (jaws && !has_jaws(shape)) text.refuse(path + ".jaws", "no sphere is on a jaw", "spheres or capsules with a jaw of 1 or -1");
+  for (std::size_t k = 0; k < shape.size(); ++k)
+    if (std::ranges::find(std::span(shape).first(k), shape[k]) != std::span(shape).first(k).end())
+      text.refuse(path, fmt::format("sphere {} of the body of the tool is another one's twin", k + 1), "each sphere once");
+  for (const double side : {1.0, -1.0})
+    if (jaws && std::ranges::none_of(shape, [&](const ToolSphere& sphere) { return side * sphere.swing_rad > 0; }))
+      text.refuse(path + ".jaws", fmt::format("no sphere is on jaw {:g}", side),
+                  "spheres or capsules on both, with a jaw of 1 and -1");
   return shape;
 }
 

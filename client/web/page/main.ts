@@ -88,6 +88,11 @@ function takeBinary(bytes: ArrayBuffer): void {
   }
 }
 
+/** The torque on a tool after its force; nothing where there is none. */
+function torqueText({ torque }: Tool): string {
+  return torque === null ? "" : `, ${(1e3 * Math.hypot(...torque)).toFixed(0)} mN m`;
+}
+
 /** Shows names of bodies or rigid parts with their colours. */
 function showNames(row: string, names: { name: string; color: string }[]): void {
   const swatches = names.map(({ name, color }) => {
@@ -390,7 +395,7 @@ function showLabels(): void {
       else box.append(made);
       target = made;
     }
-    target.lastElementChild!.textContent = label.tool.contact && felt.has(name) ? `${felt.get(name)} N` : "free";
+    target.lastElementChild!.textContent = label.tool.contact && felt.has(name) ? `${felt.get(name)} N${torqueText(label.tool)}` : "free";
     const { offsetWidth: width, offsetHeight: height } = target;
     const x = Math.min(Math.max(label.x + 16, 4), box.clientWidth - width - 4);
     let y = Math.min(Math.max(label.y - 14, 4), box.clientHeight - height - 4);

@@ -7,6 +7,7 @@ export interface Tool {
   position: [number, number, number]; // [m]
   force: [number, number, number]; // on the tool [N]
   orientation: [number, number, number, number] | null; // quaternion x y z w; null: a device of three degrees of freedom
+  torque: [number, number, number] | null; // about the tool point [N m]; null: none
 }
 
 export const WALL_MARK = 2;
@@ -184,7 +185,8 @@ function readTool(from: Reader): Tool {
   const position: Tool["position"] = [from.f32(), from.f32(), from.f32()];
   const force: Tool["force"] = [from.f32(), from.f32(), from.f32()];
   const orientation: Tool["orientation"] = flags & 2 ? [from.f32(), from.f32(), from.f32(), from.f32()] : null;
-  return { contact: (flags & 1) !== 0, buttons, position, force, orientation, station: from.text(from.u8()) };
+  const torque: Tool["torque"] = flags & 4 ? [from.f32(), from.f32(), from.f32()] : null;
+  return { contact: (flags & 1) !== 0, buttons, position, force, orientation, torque, station: from.text(from.u8()) };
 }
 
 function readPart(from: Reader): Part {

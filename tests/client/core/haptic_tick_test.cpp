@@ -241,6 +241,8 @@ TEST_CASE("What a patch shows a hand of stiffness is that of its port, and a dev
   patch.k_port = 400 * Mat3::Identity();
   stiff.give(patch);
   CHECK(stiff.ticks(100, Vec3(0.01, 0, 0)).force.x() == Approx(-1));
+  stiff.give(patch);  // the same once more, as when its terms arrive
+  stiff.ticks(10, Vec3(0.01, 0, 0));
   CHECK(stiff.haptic.counts().softened == 1);
   CHECK(stiff.haptic.counts().softened_most == Approx(0.25));
   // A softer patch with the same force takes over without a step of the displayed force.

@@ -67,6 +67,7 @@ Decoded decoded(const std::string& frame, const std::vector<Vec3f>& rest, float 
       const auto w = bytes.next<float>();
       tool.orientation = Eigen::Quaterniond(w, xyz.x(), xyz.y(), xyz.z());
     }
+    if ((flags & 4) != 0) tool.torque = bytes.vector().cast<double>();
     tool.station = bytes.text(bytes.next<std::uint8_t>());
     out.tools.push_back(std::move(tool));
   }
@@ -98,6 +99,7 @@ TEST_CASE("A browser's shape is within half a unit of the body in every coordina
   body.tools[0].station = "or 3 \xc3\xa4";
   body.tools[0].buttons = 5;
   body.tools[0].orientation = Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5);
+  body.tools[0].torque = Vec3(0.02, -0.01, 0.005);
   body.tools.push_back({"free", Vec3(0.01, 0.02, 0.1), Vec3::Zero(), false});
   const float unit_m = shape_unit_m(body.triangles, body.rest);
   CHECK(unit_m == Approx(bounds(body.triangles, body.rest).diagonal() / 8192));
@@ -115,6 +117,7 @@ TEST_CASE("A browser's shape is within half a unit of the body in every coordina
     CHECK(seen.tools[k].buttons == body.tools[k].buttons);
     CHECK((seen.tools[k].position - body.tools[k].position).norm() < 1e-7);
     CHECK((seen.tools[k].force - body.tools[k].force).norm() < 1e-6);
+    CHECK((seen.tools[k].torque - body.tools[k].torque).norm() < 1e-8);
     REQUIRE(seen.tools[k].orientation.has_value() == body.tools[k].orientation.has_value());
   }
   CHECK(seen.tools[0].orientation->angularDistance(*body.tools[0].orientation) < 1e-6);

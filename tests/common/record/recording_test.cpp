@@ -69,6 +69,7 @@ TEST_CASE("every item comes back in order, in its numbers' resolution", "[record
       CHECK(block->frames[i].newton_iterations == 12);
       CHECK((touch.tool - expected.tool).cwiseAbs().maxCoeff() <= kStepM / 2);
       CHECK(touch.force == expected.force);
+      CHECK(touch.torque == expected.torque);
       CHECK(touch.contact == expected.contact);
       CHECK(touch.scheme == Scheme::port);
       CHECK(touch.states == 16);

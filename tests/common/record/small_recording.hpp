@@ -38,6 +38,7 @@ inline RecordedTouch small_touch(int k) {
   touch.station = 3;
   touch.tool = Vec3(0.01 * k, 0, 0.1);
   touch.force = Vec3(0, 0, 0.25 * k);
+  touch.torque = Vec3(0.125 * k, 0, 0);
   touch.contact = k > 2;
   touch.has_patch = true;
   touch.scheme = Scheme::port;

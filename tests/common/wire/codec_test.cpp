@@ -395,8 +395,9 @@ TEST_CASE("Viewers get the jaws of the room's tools, and their openings") {
   CHECK(round_trip(room).tool == room.tool);
   room.tool[0].swing_rad = 1.2;
   CHECK(seeds::bytes_of(seeds::message(room)).empty());
-  const Tools tools{1, Micros{2}, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "", 0.4}}};
+  const Tools tools{1, Micros{2}, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "", 0.4, Vec3(0.25, 0, -0.5)}}};
   CHECK(round_trip(tools).tools[0].opening == Approx(0.4).margin(1e-5));
+  CHECK(round_trip(tools).tools[0].torque == Vec3(0.25, 0, -0.5));
 }
 
 TEST_CASE("Viewers get the names and colours of several bodies, and the body of each vertex") {

@@ -31,9 +31,9 @@ try {
   assert.equal(shape.t, wanted.t);
   assert.equal(shape.tools.length, wanted.tools.length);
   shape.tools.forEach((tool, k) => {
-    const { position, force, orientation, ...rest } = wanted.tools[k];
+    const { position, force, orientation, torque, ...rest } = wanted.tools[k];
     assert.deepEqual({ station: tool.station, contact: tool.contact, buttons: tool.buttons }, rest);
-    for (const [got, want] of [[tool.position, position], [tool.force, force], [tool.orientation, orientation]]) {
+    for (const [got, want] of [[tool.position, position], [tool.force, force], [tool.orientation, orientation], [tool.torque, torque]]) {
       assert.equal(got === null, want === null);
       if (got) assert.ok(got.every((x, i) => near(x, want[i], 1e-6)) && got.length === want.length);
     }

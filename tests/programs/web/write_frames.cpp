@@ -31,6 +31,7 @@ int main() {
   body.tools[0].station = "or 3 \xc3\xa4";
   body.tools[0].buttons = 0x80000001u;
   body.tools[0].orientation = Eigen::Quaterniond(0.1, 0.7, -0.5, 0.5).normalized();
+  body.tools[0].torque = Vec3(0.02, -0.01, 0.005);
   body.tools.push_back({"free", Vec3(0.01, 0.02, 0.1), Vec3::Zero(), false});
   const RoomInfo facts = demo::facts_of(body);
   const float unit_m = shape_unit_m(body.triangles, body.rest);
@@ -46,6 +47,7 @@ int main() {
            {"position", numbers_of(std::array{tool.position})},
            {"force", numbers_of(std::array{tool.force})},
            {"orientation", nullptr}};
+    j["torque"] = tool.torque.isZero(0) ? json(nullptr) : json(numbers_of(std::array{tool.torque}));
     if (tool.orientation) j["orientation"] = numbers_of(std::array{Eigen::Vector4d(tool.orientation->coeffs())});
     tools.push_back(std::move(j));
   }

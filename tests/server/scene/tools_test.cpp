@@ -81,7 +81,11 @@ TEST_CASE("Jaws that cannot be are refused") {
   CHECK_THAT(
       refusal(
           R"({"body": {"jaws": {"hinge_z_m": 0.03, "open_deg": 50}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01}]}})"),
-      Contains("no sphere is on a jaw"));
+      Contains("no sphere is on jaw 1"));
+  CHECK_THAT(
+      refusal(
+          R"({"body": {"jaws": {"hinge_z_m": 0.03, "open_deg": 50}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01, "jaw": 1}]}})"),
+      Contains("no sphere is on jaw -1"));
   CHECK_THAT(refusal(R"({"body": {"jaws": {"open_deg": 50}, "spheres": [{"center_m": [0, 0, 0], "radius_m": 0.01, "jaw": 1}]}})"),
              Contains("hinge_z_m"));
   CHECK_THAT(
@@ -97,6 +101,10 @@ TEST_CASE("Jaws that cannot be are refused") {
 TEST_CASE("A tool that cannot be is refused with what was expected") {
   CHECK_THAT(refusal(R"({"named": "scalpel"})"), Contains("tool.named") && Contains("shaft"));
   CHECK_THAT(refusal(R"({"body": {}})"), Contains("has no spheres"));
+  CHECK_THAT(
+      refusal(
+          R"({"body": {"spheres": [{"center_m": [0, 0, 0.01], "radius_m": 0.01}, {"center_m": [0, 0, 0.01], "radius_m": 0.01}]}})"),
+      Contains("sphere 2") && Contains("twin"));
   CHECK_THAT(refusal(R"({"body": {"capsules": [{"from_m": [0, 0, 0], "to_m": [0.2, 0, 0], "radius_m": 0.001}]}})"),
              Contains("has 9 spheres") && Contains("at most 8"));
   CHECK_THAT(refusal(R"({"body": {"spheres": [{"center_m": [0, 0, 0]}]}})"), Contains("radius_m"));
