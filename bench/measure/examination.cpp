@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bench/measure/gestures.hpp"
+#include "bench/measure/upper_side.hpp"
 #include "common/base/error.hpp"
 #include "common/base/random.hpp"
 
@@ -116,7 +117,7 @@ ExaminedPlace top_of(const Scene& scene) {
   ExaminedPlace place;
   place.into = into_body(scene);
   place.start = start_of(scene);
-  const std::vector<double> distances = hits(scene.body, place.start, place.into);
+  const std::vector<double> distances = hits(as_it_hangs(scene).body, place.start, place.into);
   const auto entry = std::upper_bound(distances.begin(), distances.end(), 0);
   if (scene.tool.contact == ContactKind::touch && entry != distances.end()) place.scale = scale_for(distances, *entry);
   return place;

@@ -6,9 +6,9 @@
 //     release  10 mm in within 0.3 s, and then the grip opens: the tool swings back at 5 Hz, 20 % damped
 // A touching tool begins kGapM above the surface and goes equally deep.
 //
-// An examination takes place at the top of the body, where home_of() is above it, or at a drawn place. Places are drawn evenly
-// over the area of the surface where no node within the tip's radius is fixed and a hand can reach the surface along its normal,
-// through kFreeWayM of free space. There it moves along the inward normal and strokes along the tangent nearest to x.
+// An examination takes place at the top of the body, on the surface below home_of() (start_of()), or at a drawn place. Places are
+// drawn evenly over the area of the surface where no node within the tip's radius is fixed and a hand can reach the surface along
+// its normal, through kFreeWayM of free space. There it moves along the inward normal and strokes along the tangent nearest to x.
 // Where the body is thinner than the depth divided by kDeepestShare, at the top as elsewhere, all lengths shrink in proportion,
 // so that a thin lobe is not pressed through.
 #pragma once
@@ -32,7 +32,7 @@ struct ExaminedPlace {
 inline constexpr double kFreeWayM = 0.025;     ///< free space along the normal, without another part of the surface
 inline constexpr double kDeepestShare = 0.25;  ///< largest depth of a press, as a share of the body's thickness there
 
-/// Place at the top of the body, where a tool starts: home_of().
+/// Place at the top of the body, where a tool starts: start_of().
 ExaminedPlace top_of(const Scene& scene);
 /// `count` randomly drawn places on a touched scene, the same for the same scene. Throws InputError if the surface has no such
 /// place.

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "bench/measure/upper_side.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -87,9 +88,9 @@ std::optional<Gesture> gesture_from_name(std::string_view name) {
 Vec3 into_body(const Scene& scene) { return scene.body.planar ? Vec3(0, -1, 0) : Vec3(0, 0, -1); }
 
 Vec3 start_of(const Scene& scene) {
-  constexpr double kHomeAboveM = 0.020;  // home_of() of a touched scene
   if (scene.tool.contact == ContactKind::attach) return home_of(scene);
-  return home_of(scene) + (kHomeAboveM - kGapM) * into_body(scene);
+  const Scene hanging = as_it_hangs(scene);
+  return place_below(hanging.body, home_of(hanging)) - kGapM * into_body(scene);
 }
 
 GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m) {

@@ -43,7 +43,8 @@ GesturePlan plan_gesture(const Scene& scene, Gesture gesture, double depth_m);
 
 /// Direction in which the tool presses: down; in a sheet up, along y.
 Vec3 into_body(const Scene& scene);
-/// Position of a tool at the beginning: kGapM above the surface below home_of(), or the node that it grasps.
+/// Position of a tool at the beginning: kGapM above the surface of the hanging body below home_of(), or above its nearest upper
+/// face; or the node that it grasps.
 Vec3 start_of(const Scene& scene);
 
 }  // namespace palpate

@@ -1,14 +1,12 @@
 #include "bench/measure/surface_gesture.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 
 #include "bench/measure/gestures.hpp"
-#include "server/body/settle.hpp"
+#include "bench/measure/upper_side.hpp"
 #include "server/room/room.hpp"
 
 namespace palpate {
@@ -19,32 +17,6 @@ constexpr double kPartDepth = 0.6, kDownS = 0.4, kHeldS = 0.6, kStrokeAlongS = 2
 constexpr double kInsertedM = 0.030, kInsertS = 1.5;
 constexpr int kTapCount = 3;
 
-/// Centre of the face of the upper side nearest to a point of the plane, without steep faces.
-Vec3 nearest_upper_face(const LumpedBody& body, const Vec3& home) {
-  constexpr double kSteep = 0.8;  // cosine against the vertical
-  Vec3 nearest = home;
-  double least = std::numeric_limits<double>::max();
-  const std::vector<Vec3> at = vertices_at_rest(body);
-  for (const Triangle& t : body.triangles) {
-    const Vec3 &a = at[t[0]], &b = at[t[1]], &c = at[t[2]];
-    const Vec3 normal = (b - a).cross(c - a).normalized(), middle = (a + b + c) / 3;
-    const auto top = normal.z() >= kSteep ? height_above(body, middle.x(), middle.y()) : std::nullopt;
-    const double distance = (middle - home).head<2>().norm();
-    if (!top || *top > middle.z() + 1e-6 || distance >= least) continue;
-    least = distance;
-    nearest = middle;
-  }
-  return nearest;
-}
-
-/// Returns the scene with its nodes in their equilibrium under gravity.
-Scene as_it_hangs(Scene scene) {
-  const Dynamics dynamics(scene.body);
-  const Vector x = settled_state(dynamics, scene.name).x;
-  for (std::uint32_t i = 0; i < dynamics.nodes(); ++i) scene.body.nodes[i] = at_node(x, i);
-  return scene;
-}
-
 class GestureMaker {
  public:
   explicit GestureMaker(const Scene& at_rest)
@@ -53,11 +25,7 @@ class GestureMaker {
     Vec3 low = scene.body.nodes.front(), high = low;
     for (const Vec3& x : scene.body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
     const Vec3 home = home_of(scene);
-    place_ = home;
-    if (touches_) {
-      const auto top = height_above(scene.body, home.x(), home.y());
-      place_ = top ? Vec3(home.x(), home.y(), *top) : nearest_upper_face(scene.body, home);
-    }
+    place_ = touches_ ? place_below(scene.body, home) : home;
     const Vec3 into = into_body(scene);
     height_m_ = std::abs((place_ - low).dot(into));
     depth_m_ = std::min(kDeepestM, height_m_ / 8);
@@ -140,23 +108,6 @@ class GestureMaker {
 };
 
 }  // namespace
-
-std::optional<double> height_above(const LumpedBody& body, double x, double y) {
-  std::optional<double> top;
-  const std::vector<Vec3> at = vertices_at_rest(body);
-  for (const Triangle& t : body.triangles) {
-    const Vec3 &a = at[t[0]], &b = at[t[1]], &c = at[t[2]];
-    const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-    if (area <= 0) continue;  // seen from below
-    const double u = ((x - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (y - a.y())) / area;
-    const double v = ((b.x() - a.x()) * (y - a.y()) - (x - a.x()) * (b.y() - a.y())) / area;
-    constexpr double kEdge = 1e-9;
-    if (u < -kEdge || v < -kEdge || u + v > 1 + kEdge) continue;
-    const double z = a.z() + u * (b.z() - a.z()) + v * (c.z() - a.z());
-    if (!top || z > *top) top = z;
-  }
-  return top;
-}
 
 std::optional<SurfaceGesture> surface_gesture_from_name(std::string_view name) {
   const auto at = std::find(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end(), name);

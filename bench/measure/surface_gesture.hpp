@@ -27,9 +27,6 @@ inline constexpr std::array<std::string_view, 6> kSurfaceGestureNames{"press", "
 inline std::string_view name_of(SurfaceGesture g) { return kSurfaceGestureNames[static_cast<std::size_t>(g)]; }
 std::optional<SurfaceGesture> surface_gesture_from_name(std::string_view name);
 
-/// Height of the upper side of a body at rest over a point of the plane z = 0; empty if there is no face.
-std::optional<double> height_above(const LumpedBody& body, double x, double y);
-
 /// Returns a motion with one position per millisecond.
 Motion surface_gesture(const Scene& scene, SurfaceGesture gesture);
 

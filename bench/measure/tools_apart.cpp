@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/measure/surface_gesture.hpp"
+#include "bench/measure/upper_side.hpp"
 #include "common/base/error.hpp"
 #include "common/base/minimum_jerk.hpp"
 

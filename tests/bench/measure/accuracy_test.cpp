@@ -1,12 +1,16 @@
 // Parts of `palpate-lab accuracy`: its motion, and the range over which an error stays small.
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "bench/measure/examination.hpp"
 #include "bench/measure/gestures.hpp"
 #include "bench/measure/reach.hpp"
 #include "common/base/error.hpp"
 #include "common/patch/surface.hpp"
+#include "server/body/unload.hpp"
+#include "server/room/stepped_body.hpp"
 
 using namespace palpate;
 
@@ -17,6 +21,30 @@ const std::string kScenes = std::string(PALPATE_SOURCE_DIR) + "/scenes/";
 /// Depth of the tool below its start, in the pushing direction [mm].
 double depth_mm(const Scene& scene, const Motion& motion, double t_s) {
   return 1e3 * (motion.position(t_s) - motion.position(0.0)).dot(into_body(scene));
+}
+
+/// Largest force on the tool between each of the times and the one before it [N], with the server's steps.
+std::vector<double> peak_forces_n(const Scene& scene, const Motion& motion, std::initializer_list<double> until_s) {
+  constexpr Micros kFrame{50'000}, kSample{1000};
+  SteppedBody body(scene);
+  body.start(Micros{});
+  FrameJob job;
+  job.frame = kFrame;
+  job.stations.emplace_back().id = 1;
+  job.stations[0].scheme = Scheme::hold;
+  std::vector<double> peaks;
+  for (const double end_s : until_s) {
+    double& peak = peaks.emplace_back(0);
+    while (job.target < from_seconds(end_s)) {
+      job.begin = std::exchange(job.target, job.target + kFrame);
+      std::vector<ToolSample>& samples = job.stations[0].samples;
+      samples.clear();
+      for (Micros t = job.begin; t <= job.target; t += kSample) samples.push_back({t, motion.position(t)});
+      body.step(job);
+      for (const ToolPort& port : body.ports()) peak = std::max(peak, port.lambda.norm());
+    }
+  }
+  return peaks;
 }
 
 }  // namespace
@@ -40,6 +68,17 @@ TEST_CASE("The examination presses, strokes, taps and lets go: as deep in a gras
   CHECK(depth_mm(scene, motion, 4.6) < -3);  // it swings past its start
   for (Micros t{}; t < motion.duration(); t += Micros{1000})
     CHECK((motion.position(t + Micros{1000}) - motion.position(t)).norm() < 0.5e-3);
+}
+
+TEST_CASE("Each gesture of the examination meets every organ, and every scene of the project that has a point for a tool") {
+  for (const std::string folder : {"", "organs/", "needles/", "parts/", "cuts/"})
+    for (const auto& file : std::filesystem::directory_iterator(kScenes + folder)) {
+      if (file.path().extension() != ".json") continue;
+      const Scene scene = open_scene(file.path().string());
+      if (scene.tool.contact != ContactKind::touch || scene.tool.has_body()) continue;
+      INFO(file.path().string());
+      for (const double peak_n : peak_forces_n(scene, examination(scene), {1.2, 3.0, 4.0, 5.2})) CHECK(peak_n > 0.01);
+    }
 }
 
 TEST_CASE("Places of an examination are drawn on the surface, go straight in, and are the same of the same scene") {
