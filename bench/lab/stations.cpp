@@ -44,9 +44,10 @@ void write_forces(const std::filesystem::path& file, const std::vector<ReplayRes
   write_text(file, csv);
 }
 
-/// Upper bound for a hand, the full model in place of its patches (ceiling.hpp), with the better of the predictions.
+/// Upper bound for a hand, the full model in place of its patches (ceiling.hpp).
 struct Ceiling {
-  double snr_db = 0, step_max_n = 0;
+  double snr_db = 0;      ///< with the better of the predictions
+  double step_max_n = 0;  ///< with that of the patches, predicted_to_go_on
 };
 
 std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult>& results,
@@ -63,7 +64,7 @@ std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult
     }
   }
   std::vector<Ceiling> best(results.size(), {-kSnrCeilingDb, 0});
-  for (const PathPrediction& prediction : {PathPrediction(predicted_to_rest), PathPrediction(predicted_to_go_on)}) {
+  for (PathPrediction prediction : {predicted_to_rest, predicted_to_go_on}) {  // the patches' last
     const auto forces = ceiling_forces(scene, paths, stamp_ms, prediction, [&](double share) {
       if (progress) progress("the full model instead of patches", share);
     });
@@ -71,8 +72,9 @@ std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult
       std::vector<Vec3> reference;
       for (const ReplayTick& tick : results[k].ticks) reference.push_back(tick.reference);
       const double snr_db = compare(forces[k].felt.force, reference, kSkipTicks).snr_db;
+      best[k].snr_db = std::max(best[k].snr_db, snr_db);
       const auto& steps = forces[k].steps_n;
-      if (snr_db > best[k].snr_db) best[k] = {snr_db, steps.empty() ? 0 : *std::ranges::max_element(steps)};
+      if (!steps.empty()) best[k].step_max_n = *std::ranges::max_element(steps);
     }
   }
   return best;
@@ -107,25 +109,27 @@ int run_stations(const StationsFlags& flags) {
   Json summary;
   const std::vector<Ceiling> most =
       !flags.no_ceiling && results.size() > 1 ? ceilings(scene, results, options.progress) : std::vector<Ceiling>{};
-  fmt::print("{:<9} {:>9} {:>13} {:>14} {:>14} {:>9} {:>17} {:>10}\n", "station", "SNR [dB]", "ceiling [dB]", "rms error [%]",
-             "p95 error [%]", "step [N]", "ceiling step [N]", "patch [B]");
+  fmt::print("{:<9} {:>9} {:>13} {:>14} {:>14} {:>9} {:>17} {:>9} {:>10}\n", "station", "SNR [dB]", "ceiling [dB]",
+             "rms error [%]", "p95 error [%]", "step [N]", "ceiling step [N]", "felt [N]", "patch [B]");
   for (std::size_t k = 0; k < results.size(); ++k) {
     const ReplayResult& r = results[k];
-    fmt::print("{:<9} {:>9.1f} {:>13} {:>14.2f} {:>14.1f} {:>9.2f} {:>17} {:>10.0f}\n", k + 1, r.fidelity.snr_db,
+    fmt::print("{:<9} {:>9.1f} {:>13} {:>14.2f} {:>14.1f} {:>9.2f} {:>17} {:>9.2f} {:>10.0f}\n", k + 1, r.fidelity.snr_db,
                most.empty() ? "-" : fmt::format("{:.1f}", most[k].snr_db), 100 * r.fidelity.rel_rms,
                100 * r.fidelity.p95_rel_error, r.hand_over.max_n, most.empty() ? "-" : fmt::format("{:.2f}", most[k].step_max_n),
-               r.patch_bytes_mean);
+               r.felt_step.max_n, r.patch_bytes_mean);
     summary["stations"].push_back({{"snr_db", r.fidelity.snr_db},
                                    {"rel_rms", r.fidelity.rel_rms},
                                    {"p95_rel_error", r.fidelity.p95_rel_error},
                                    {"force_step_max_n", r.fidelity.force_step_max_n},
                                    {"hand_over_step_max_n", r.hand_over.max_n},
+                                   {"felt_step_max_n", r.felt_step.max_n},
                                    {"patch_bytes_mean", r.patch_bytes_mean},
                                    {"patch_states", r.patch_states}});
     if (most.empty()) continue;
     summary["stations"].back()["ceiling_snr_db"] = most[k].snr_db;
     summary["stations"].back()["ceiling_step_max_n"] = most[k].step_max_n;
   }
+  fmt::print("step: between two patches, which the cross-fade spreads; felt: most that a tick adds while it does.\n");
   report_cost(results[0], flags.link.rate_hz, summary);
   write_json(out / "summary.json", summary);
   std::vector<Panel> panels;

@@ -80,7 +80,7 @@ TEST_CASE("What a hand could feel at most is the full model where the other's wa
   }
 }
 
-TEST_CASE("Two hands 10 mm apart feel each other nearly as well as anybody can who has to predict the other") {
+TEST_CASE("Two hands 10 mm apart feel each other nearly as anybody can who predicts the other, and no tick of a hand-over") {
   const Scene scene = touch_cube();
   const std::vector<Motion> motions = tools_apart(scene, 2, 0.010, 1.5);
   ReplayOptions options;
@@ -101,5 +101,9 @@ TEST_CASE("Two hands 10 mm apart feel each other nearly as well as anybody can w
     const double most_db = compare(ceiling[k].felt.force, reference, kSkipTicks).snr_db;
     CAPTURE(k, most_db);
     CHECK(results[k].fidelity.snr_db > most_db - 3);
+    // What a new patch takes back of the old one is what it knows better of the other hand.
+    CHECK(results[k].hand_over.max_n > 0.2);
+    CHECK(results[k].hand_over.max_n < 1.1 * *std::ranges::max_element(ceiling[k].steps_n));
+    CHECK(results[k].felt_step.max_n < kStepLimitN);
   }
 }
