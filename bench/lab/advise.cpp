@@ -67,9 +67,10 @@ void print_advice(const AdviceRequest& request, const Advice& advice, const std:
         "model of the error is off by up to {:.1f} %.\n",
         100 * advice.error(), 100 * advice.step_error, in_mm(m.worst_error_place), 100 * (m.worst_error + advice.step_error),
         100 * advice.model_error);
-  if (std::isfinite(m.frame_ms()))
-    fmt::print("A frame takes {:.1f} ms of a core (step {:.1f}, patch {:.1f}), with a hand where it takes longest, at {}.\n",
-               m.frame_ms(), m.step_ms, m.patch_ms, in_mm(m.worst_place));
+  fmt::print("A frame takes {:.1f} ms of a core (step {:.1f}, patch {:.1f}), with a hand at {}{}.\n", m.frame_ms(), m.step_ms,
+             m.patch_ms, in_mm(m.worst_place), advice.fast_enough ? ", where it takes longest" : "");
+  if (m.deep_ms > 0 && std::isfinite(m.deep_ms))
+    fmt::print("Pressed {:.3g} mm deep it takes up to {:.1f} ms, at {}.\n", 1e3 * advice.deep_m, m.deep_ms, in_mm(m.deep_place));
   for (const std::string& line : misfits(request, advice)) fmt::print("{}\n", line);
   fmt::print("\n  palpate-server --scene {} --rate-hz {:g}\n", scene.string(), request.rate_hz);
 }

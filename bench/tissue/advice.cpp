@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "bench/measure/pushed_cube.hpp"
+#include "bench/tissue/advice_text.hpp"
 #include "bench/tissue/advised_body.hpp"
 #include "bench/tissue/touch_compliance.hpp"
 #include "common/base/error.hpp"
@@ -50,6 +51,8 @@ class Adviser {
     take_mesh_errors();
     choose_step();
     choose_mesh();
+    refuse_unsolved();
+    press_deep();
     return std::move(advice_);
   }
 
@@ -83,11 +86,16 @@ class Adviser {
     throw InputError("--surface " + request_.surface.string(),
                      fmt::format("makes no body of {:.3g} x {:.3g} x {:.3g} mm: {}", mm.x(), mm.y(), mm.z(),
                                  refused.substr(0, refused.find("; expected "))),
-                     "another surface, --scale or --held");
+                     "a thicker or another surface, --scale or --held");
   }
 
   void add_scene(double spacing_m) {
     Scene scene = scene_of(spacing_m);
+    if (scene.body.nodes.size() > kTimedNodesMost)
+      throw InputError(request_.surface.string(),
+                       fmt::format("a body as thin as this has {} nodes at the widest spacing, too many for a live room",
+                                   scene.body.nodes.size()),
+                       fmt::format("at most {}", kTimedNodesMost));
     AdvisedMesh mesh;
     mesh.spacing_m = spacing_m;
     mesh.nodes = scene.body.nodes.size();
@@ -186,12 +194,14 @@ class Adviser {
     return off(a) < off(b);
   }
 
-  /// Measures with a hand at each of these places; the slowest counts, together with earlier measurements.
+  /// Measures with a hand at each of these places, up to one at which a frame takes longer than it lasts; the slowest counts,
+  /// together with earlier measurements.
   void measure(std::size_t i, const std::vector<Vec3>& places) {
     AdvisedMesh& mesh = advice_.tried[i];
     Scene& scene = scenes_[i];
     scene.solver.step_s = advice_.step_s;
     for (const SurfaceStiffness& place : finger_stiffnesses(scene, places)) {
+      if (mesh.frame_ms() > 1e3 / request_.rate_hz) break;
       const std::optional<FrameCost> cost = frame_cost(scene, place, request_.rate_hz, stopwatch_);
       const Scheme scheme = cost ? served_scheme(*cost, request_.rate_hz) : Scheme::port;
       const double frame_ms = cost ? cost->ms(scheme, 1) : kNever;
@@ -223,6 +233,31 @@ class Adviser {
     }
     advice_.true_enough = is_true(tried[advice_.chosen]);
     advice_.fast_enough = is_fast(tried[advice_.chosen]);
+  }
+
+  void refuse_unsolved() const {
+    const AdvisedMesh& mesh = advice_.tried[advice_.chosen];
+    if (std::isfinite(mesh.frame_ms())) return;
+    throw InputError("--surface " + request_.surface.string(),
+                     fmt::format("makes a body of {} nodes for which no step finds a solution with a hand at {}", mesh.nodes,
+                                 in_mm(mesh.worst_place)),
+                     "a thicker surface, a stiffer --material or a larger --held");
+  }
+
+  /// Measures deep presses into the chosen mesh, if it keeps the rate.
+  void press_deep() {
+    AdvisedMesh& mesh = advice_.tried[advice_.chosen];
+    if (!is_fast(mesh)) return;
+    const Scene& scene = scenes_[advice_.chosen];
+    advice_.deep_m = std::min(kDeepestM, 0.5 * advice_.body.size_m.minCoeff());
+    for (const SurfaceStiffness& place : finger_stiffnesses(scene, places_)) {
+      const std::optional<FrameCost> cost = frame_cost(scene, place, request_.rate_hz, stopwatch_, advice_.deep_m);
+      const double frame_ms = cost ? cost->ms(mesh.scheme, 1) - cost->step_ms + cost->step_most_ms : kNever;
+      if (frame_ms <= mesh.deep_ms) continue;
+      mesh.deep_ms = frame_ms;
+      mesh.deep_place = place.place;
+    }
+    says_(fmt::format("{:.3g} mm, {:.3g} mm deep: {:.1f} ms a frame", 1e3 * mesh.spacing_m, 1e3 * advice_.deep_m, mesh.deep_ms));
   }
 
   AdviceRequest request_;

@@ -23,8 +23,12 @@
 //
 // Cost: mean processor time of a frame with one pressing hand (server/io/frame_cost.hpp) at the most expensive place, with the
 // patches that palpate-server would choose; it must stay below kShareOfFrame of 1 / rate. A hand that slides takes up to 1.3
-// times as long, single frames of a press 1.5 times. Where other load takes the core (`core_share`), frames take longer on the
-// clock.
+// times as long, single frames of a press 1.5 times. A deep press, to half of the shortest side and at most kDeepestM, within 0.2
+// s, takes longer: of a mesh that keeps the rate the longest step of one at each of the places is measured as well, with the mean
+// of its patches. Where other load takes the core (`core_share`), frames take longer on the clock.
+//
+// Bodies: shells of the surface that neither overlap nor contain each other are bodies by themselves, of which a lattice keeps
+// one.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -39,7 +43,7 @@
 
 namespace palpate {
 
-inline constexpr double kContactOrder = 1.7, kShareOfFrame = 0.6, kVolumeMissed = 0.03;
+inline constexpr double kContactOrder = 1.7, kShareOfFrame = 0.6, kVolumeMissed = 0.03, kDeepestM = 0.020;
 inline constexpr std::size_t kPlaces = 5, kFewestMeshes = 3;
 
 struct AdviceRequest {
@@ -57,6 +61,7 @@ struct AdvisedBody {
   Vec3 rotation_deg = Vec3::Zero(), offset_m = Vec3::Zero();
   Vec3 size_m = Vec3::Zero();
   double volume_m3 = 0, area_m2 = 0, mass_kg = 0;
+  std::vector<double> bodies_m3 = {};  ///< volumes of the bodies that the surface bounds, the largest first
   double held_below_m = 0, held_volume_share = 0;
   double radius_m = 0;
 };
@@ -73,6 +78,8 @@ struct AdvisedMesh {
   double step_ms = 0, patch_ms = 0;  ///< per frame; infinite if a step finds no solution
   double core_share = 1;             ///< share of a core that other load left to the measurement
   Vec3 worst_place = Vec3::Zero();
+  double deep_ms = 0;  ///< longest frame of a deep press, at the most expensive place; 0: not measured
+  Vec3 deep_place = Vec3::Zero();
   double frame_ms() const { return step_ms + patch_ms; }
   bool timed() const { return frame_ms() > 0; }
   bool keeps_volume() const { return std::abs(filled_share - 1) <= kVolumeMissed; }
@@ -83,6 +90,7 @@ struct Advice {
   std::vector<AdvisedMesh> tried;
   std::size_t chosen = 0;
   double step_s = 0.01, step_error = 0;
+  double deep_m = 0;        ///< depth of a deep press
   bool step_known = false;  ///< false: no step could be compared
   double model_error = 0;
   bool true_enough = false, fast_enough = false;
@@ -96,7 +104,8 @@ struct AdviceHearer {
   std::function<void(const AdvisedBody&)> body = [](const AdvisedBody&) {};
 };
 
-/// Throws InputError for an invalid surface or material, and if the surface cannot be meshed or fixed.
+/// Throws InputError for an invalid surface or material, and if the surface cannot be meshed or fixed, or no step of its body
+/// finds a solution.
 Advice advise(const AdviceRequest& request, const Stopwatch& stopwatch, const AdviceHearer& hearer = {});
 
 /// Scheme that a server chooses for one hand, alone in its room.

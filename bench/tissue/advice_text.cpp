@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kAlike = 1.05;  // ratio of sides that are called equal
 constexpr double kFar = 3;       // times the requested error
+constexpr std::size_t kBodiesNamed = 8;
 
 /// Frames a second that the machine keeps: a longer frame has more steps and the same patch.
 std::string rate_that_helps(const AdviceRequest& request, const AdvisedMesh& mesh) {
@@ -30,6 +31,8 @@ class Misfits {
 
   std::vector<std::string> lines() {
     add_cost();
+    add_deep();
+    add_bodies();
     add_volume();
     if (mesh_.spacing_m > advice_.body.radius_m)
       add("Does not fit: a tip of {:.3g} mm is narrower than the spacing of the nodes and pokes single ones; --radius-mm {:.0f} "
@@ -51,10 +54,6 @@ class Misfits {
 
   void add_cost() {
     const double frame_ms = 1e3 / request_.rate_hz, on_clock_ms = mesh_.frame_ms() / mesh_.core_share;
-    if (!std::isfinite(mesh_.frame_ms())) {
-      add("Does not fit: the steps find no solution with a hand at {}.", in_mm(mesh_.worst_place));
-      return;
-    }
     if (!advice_.fast_enough)
       add("Does not fit: {:.1f} ms a frame with a hand at {}, more than {:.0f} % of its {:.0f} ms; {}.", mesh_.frame_ms(),
           in_mm(mesh_.worst_place), 100 * kShareOfFrame, frame_ms, rate_that_helps(request_, mesh_));
@@ -62,6 +61,28 @@ class Misfits {
       add("The machine is busy: the measurement got {:.0f} % of a core. While that lasts, a frame takes {:.0f} ms on the "
           "clock{}.",
           100 * mesh_.core_share, on_clock_ms, on_clock_ms > frame_ms ? ", and the server skips frames" : "");
+  }
+
+  void add_deep() {
+    if (mesh_.deep_ms <= 1e3 / request_.rate_hz) return;
+    const std::string hand = fmt::format("a hand {:.3g} mm deep at {}", 1e3 * advice_.deep_m, in_mm(mesh_.deep_place));
+    if (std::isfinite(mesh_.deep_ms))
+      add("Does not fit deep presses: a frame takes up to {:.0f} ms with {}, and the server skips frames.", mesh_.deep_ms, hand);
+    else
+      add("Does not fit deep presses: no step finds a solution with {}, and the server lets go of it.", hand);
+  }
+
+  void add_bodies() {
+    const std::vector<double>& bodies_m3 = advice_.body.bodies_m3;
+    if (bodies_m3.size() < 2) return;
+    std::vector<std::string> volumes;
+    for (const double volume_m3 : std::span(bodies_m3).first(std::min(kBodiesNamed, bodies_m3.size())))
+      volumes.push_back(fmt::format("{:.3g}", 1e6 * volume_m3));
+    if (bodies_m3.size() > kBodiesNamed) volumes.emplace_back("...");
+    add("Does not fit: the surface bounds {} bodies that do not meet, of {} ml; a lattice keeps the largest. With a file each "
+        "they "
+        "can be \"bodies\" of one scene.",
+        bodies_m3.size(), fmt::join(volumes, ", "));
   }
 
   void add_error() {

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "common/base/error.hpp"
+#include "common/patch/triangle_tree.hpp"
+#include "server/scene/disjoint_sets.hpp"
 #include "server/scene/materials.hpp"
 #include "server/scene/mesh_file.hpp"
 #include "server/scene/mesh_solid.hpp"
@@ -40,6 +43,51 @@ std::vector<double> heights_inside(const SignedDistance& solid) {
   return heights;
 }
 
+/// Shells: connected parts of the surface.
+std::vector<TriangleMesh> shells_of(const TriangleMesh& mesh) {
+  DisjointSets sets(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) sets.join(a, b), sets.join(a, c);
+  std::map<std::uint32_t, TriangleMesh> shells;
+  std::vector<std::uint32_t> number(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    std::vector<Vec3>& vertices = shells[sets.find(v)].vertices;
+    number[v] = static_cast<std::uint32_t>(vertices.size());
+    vertices.push_back(mesh.vertices[v]);
+  }
+  for (const auto& [a, b, c] : mesh.triangles) shells[sets.find(a)].triangles.push_back({number[a], number[b], number[c]});
+  std::vector<TriangleMesh> list;
+  for (auto& [first, shell] : shells)
+    if (!shell.triangles.empty()) list.push_back(std::move(shell));
+  return list;
+}
+
+/// Volumes of the bodies of a surface, the largest first: the unions of shells of which one has a corner in the other.
+std::vector<double> bodies_of(const TriangleMesh& mesh) {
+  const std::vector<TriangleMesh> shells = shells_of(mesh);
+  std::vector<TriangleTree> trees;
+  for (const TriangleMesh& shell : shells) trees.emplace_back(shell);
+  const auto has_corner_in = [&](std::size_t shell, std::size_t other) {
+    return trees[shell].bounds().intersects(trees[other].bounds()) &&
+           std::ranges::any_of(shells[shell].vertices,
+                               [&](const Vec3& x) { return std::abs(trees[other].winding_number(x)) > 0.5; });
+  };
+  DisjointSets meet(shells.size());
+  for (std::uint32_t i = 0; i < shells.size(); ++i)
+    for (std::uint32_t j = 0; j < shells.size(); ++j)
+      if (i != j && has_corner_in(i, j)) meet.join(i, j);
+  std::map<std::uint32_t, TriangleMesh> bodies;
+  for (std::uint32_t i = 0; i < shells.size(); ++i) {
+    TriangleMesh& body = bodies[meet.find(i)];
+    const auto first = static_cast<std::uint32_t>(body.vertices.size());
+    body.vertices.insert(body.vertices.end(), shells[i].vertices.begin(), shells[i].vertices.end());
+    for (const auto& [a, b, c] : shells[i].triangles) body.triangles.push_back({first + a, first + b, first + c});
+  }
+  std::vector<double> volumes_m3;
+  for (auto& [first, body] : bodies) volumes_m3.push_back(make_mesh_solid(std::move(body))->volume());
+  std::ranges::sort(volumes_m3, std::greater<>());
+  return volumes_m3;
+}
+
 void choose_support(const AdviceRequest& request, const SignedDistance& solid, AdvisedBody& body) {
   const std::vector<double> heights = heights_inside(solid);
   const double low = solid.bounds().min().z(), height = body.size_m.z();
@@ -70,6 +118,7 @@ AdvisedBody advised_body(const AdviceRequest& request) {
   body.offset_m = -Vec3(box.center().x(), box.center().y(), box.min().z());
   body.area_m2 = area_of(mesh);
   body.volume_m3 = solid->volume();
+  body.bodies_m3 = bodies_of(mesh);
   body.mass_kg = body.volume_m3 * find_material(request.material)->density_kg_m3;
   choose_support(request, *solid, body);
   body.radius_m = request.radius_m.value_or(1e-3 * std::max(1.0, std::round(1e3 * kTipSpacings * spacing_for(body, kTipNodes))));

@@ -14,7 +14,6 @@ namespace palpate {
 namespace {
 
 constexpr Micros kLongest{400'000};
-constexpr std::size_t kNodesMost = 5'000;  // nodes of a body whose room can be built within about a second
 constexpr std::size_t kFramesMost = 12;
 constexpr double kDeepM = 0.006, kSwingHz = 1.5, kDownS = 0.2;
 
@@ -27,8 +26,7 @@ double height_at(double t_s) {
   return kAbove - (kAbove + 1) * c * c * (3 - 2 * c) + kSwing * std::sin(2 * M_PI * kSwingHz * t_s) * c;
 }
 
-/// Depth of the press: a tenth of the body's shortest side that is not flat, at most kDeepM.
-double depth_for(const LumpedBody& body) {
+double usual_depth(const LumpedBody& body) {
   Vec3 low = body.nodes.front(), high = low;
   for (const Vec3& x : body.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
   double depth_m = kDeepM;
@@ -39,11 +37,12 @@ double depth_for(const LumpedBody& body) {
 
 class Trial {
  public:
-  Trial(const Scene& scene, const SurfaceStiffness& place, double rate_hz, const std::function<std::int64_t()>& stopwatch)
+  Trial(const Scene& scene, const SurfaceStiffness& place, double rate_hz, const std::function<std::int64_t()>& stopwatch,
+        double depth_m)
       : room_(scene),
         stopwatch_(stopwatch ? stopwatch : processor_ns),
         place_(place),
-        depth_m_(depth_for(scene.body)),
+        depth_m_(depth_m),
         frame_(from_seconds(1 / rate_hz)) {
     room_.listen([this](BuildPhase phase) {
       const double now = now_ms();
@@ -108,9 +107,9 @@ double mean(const std::vector<double>& values) {
 }  // namespace
 
 std::optional<FrameCost> frame_cost(const Scene& scene, const SurfaceStiffness& place, double rate_hz,
-                                    const std::function<std::int64_t()>& stopwatch) {
-  if (scene.body.nodes.size() > kNodesMost) return std::nullopt;
-  Trial trial(scene, place, rate_hz, stopwatch);
+                                    const std::function<std::int64_t()>& stopwatch, std::optional<double> depth_m) {
+  if (scene.body.nodes.size() > kTimedNodesMost) return std::nullopt;
+  Trial trial(scene, place, rate_hz, stopwatch, depth_m.value_or(usual_depth(scene.body)));
   trial.go_in();
   std::vector<double> steps, port, hyper, rollouts;
   const Micros begin = monotonic_now(), used = processor_now();
@@ -126,7 +125,12 @@ std::optional<FrameCost> frame_cost(const Scene& scene, const SurfaceStiffness& 
   if (hyper.empty() || port.empty()) return std::nullopt;
   constexpr double kShareLeast = 0.01;
   const double share = seconds(processor_now() - used) / seconds(std::max(monotonic_now() - begin, Micros{1}));
-  return FrameCost{mean(steps), mean(port), mean(hyper), mean(rollouts), std::clamp(share, kShareLeast, 1.0)};
+  return FrameCost{.step_ms = mean(steps),
+                   .port_ms = mean(port),
+                   .hyper_ms = mean(hyper),
+                   .step_most_ms = *std::ranges::max_element(steps),
+                   .rollouts_ms = mean(rollouts),
+                   .core_share = std::clamp(share, kShareLeast, 1.0)};
 }
 
 }  // namespace palpate

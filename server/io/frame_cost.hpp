@@ -16,6 +16,7 @@ namespace palpate {
 
 struct FrameCost {
   double step_ms = 0, port_ms = 0, hyper_ms = 0;  ///< mean processor time of the body's step and of one patch per scheme [ms]
+  double step_most_ms = 0;                        ///< largest of the steps
   double rollouts_ms = 0;                         ///< part of hyper_ms that the nonlinear patches of a frame share
   double core_share = 1;                          ///< processor time per time on the wall
   double ms(Scheme scheme, int stations) const { return step_ms + stations * (scheme == Scheme::hyper ? hyper_ms : port_ms); }
@@ -28,9 +29,12 @@ inline FrameCosts::Expected expected_costs(const FrameCost& cost, double core_sh
           on_wall(cost.rollouts_ms)};
 }
 
-/// Measures frames of 1 / `rate_hz` seconds with a hand at `place`, for at most 0.4 s. Empty for large bodies, and if a step
-/// finds no solution. `stopwatch` counts nanoseconds; none: the processor time of this thread.
+inline constexpr std::size_t kTimedNodesMost = 5'000;  ///< of a body whose room can be built within about a second
+
+/// Measures frames of 1 / `rate_hz` seconds with a hand at `place`, for 0.4 s and the frame in progress. Empty for larger bodies
+/// and if a step finds no solution. `stopwatch` counts nanoseconds; none: the processor time of this thread. `depth_m`: depth of
+/// the press; none: a tenth of the body's shortest side that is not flat, at most 6 mm.
 std::optional<FrameCost> frame_cost(const Scene& scene, const SurfaceStiffness& place, double rate_hz,
-                                    const std::function<std::int64_t()>& stopwatch = {});
+                                    const std::function<std::int64_t()>& stopwatch = {}, std::optional<double> depth_m = {});
 
 }  // namespace palpate

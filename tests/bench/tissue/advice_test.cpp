@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -136,6 +137,69 @@ TEST_CASE("A surface is put on the ground with the axis up that was asked for, a
   CHECK((high - Vec3(0.02, 0.025, 0.06)).norm() < 0.001);
 }
 
+TEST_CASE("A surface of several bodies is said to be one, with their volumes, and shells that overlap or hollow out are none") {
+  const auto bodies_ml = [](const std::string& folder, std::initializer_list<std::pair<Vec3, double>> cubes_mm) {
+    const auto place = std::filesystem::temp_directory_path() / ("palpate-advice-" + folder);
+    std::filesystem::create_directories(place);
+    std::ofstream file(place / "cubes.obj");
+    int first = 1;
+    for (const auto& [low, side] : cubes_mm) {  // a side below zero: faces inwards
+      const bool inwards = side < 0;
+      for (int i = 0; i < 8; ++i) {
+        const Vec3 x = low + std::abs(side) * Vec3(i & 1, i >> 1 & 1, i >> 2 & 1);
+        file << fmt::format("v {} {} {}\n", x.x(), x.y(), x.z());
+      }
+      for (std::array<int, 4> f :
+           {std::array{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5}, {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}}) {
+        if (inwards) std::swap(f[1], f[3]);
+        file << fmt::format("f {} {} {} {}\n", f[0] + first - 1, f[1] + first - 1, f[2] + first - 1, f[3] + first - 1);
+      }
+      first += 8;
+    }
+    file.close();
+    AdviceRequest request = for_box(folder);
+    request.surface = place / "cubes.obj";
+    return advised_body(request).bodies_m3;
+  };
+  const auto ml = [](double of) { return Approx(1e-6 * of).epsilon(1e-3); };
+  const Vec3 origin = Vec3::Zero(), beside(100, 0, 0);
+  const auto apart = bodies_ml("apart", {{origin, 40}, {beside, 50}});
+  REQUIRE(apart.size() == 2);
+  CHECK(apart[0] == ml(125));
+  CHECK(apart[1] == ml(64));
+  const auto overlapping = bodies_ml("overlapping", {{origin, 40}, {Vec3(20, 20, 20), 40}});
+  REQUIRE(overlapping.size() == 1);
+  CHECK(overlapping[0] == Approx(1e-6 * (2 * 64 - 8)).epsilon(0.05));  // mesh_solid.hpp: in parts where they cross
+  const auto hollow = bodies_ml("hollow", {{origin, 40}, {Vec3(10, 10, 10), -20}, {beside, 10}});
+  REQUIRE(hollow.size() == 2);
+  CHECK(hollow[0] == ml(64 - 8));
+  CHECK(hollow[1] == ml(1));
+  Advice advice = good_advice();
+  advice.body.bodies_m3 = apart;
+  CHECK_THAT(misfits_of(advice), Contains("bounds 2 bodies that do not meet, of 125, 64 ml") && Contains("\"bodies\""));
+}
+
+TEST_CASE("Deep presses that take longer than a frame, or find no solution, are said to") {
+  Advice advice = good_advice();
+  advice.deep_m = 0.02;
+  advice.tried[1].deep_ms = 49;
+  CHECK(misfits_of(advice).empty());
+  advice.tried[1].deep_ms = 218;
+  advice.tried[1].deep_place = Vec3(0.01, 0.02, 0.03);
+  CHECK_THAT(misfits_of(advice), Contains("up to 218 ms with a hand 20 mm deep at (10, 20, 30) mm"));
+  advice.tried[1].deep_ms = std::numeric_limits<double>::infinity();
+  CHECK_THAT(misfits_of(advice), Contains("no step finds a solution with a hand 20 mm deep"));
+}
+
+TEST_CASE("A deep press of a body that keeps its rate is measured, and is deeper than the press that the rate is measured with") {
+  const AdviceRequest request = for_box("deep");
+  std::int64_t now = 0;
+  const Advice advice = advise(request, [&] { return now += 1000; });
+  const AdvisedMesh& mesh = advice.tried[advice.chosen];
+  CHECK(advice.deep_m == Approx(0.02));
+  CHECK(mesh.deep_ms > 0);
+}
+
 TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast makes it ten times as large") {
   const AdviceRequest request = for_box("cost");
   double frame_ms[2] = {};
@@ -267,6 +331,13 @@ TEST_CASE("A surface that makes no body is refused with its size and without the
       Contains("makes no body of 300 x 300 x 3 mm") && Contains("--scale") && !Contains("obj:6") && !Contains(".json"));
   REQUIRE(said.size() == 1);
   CHECK_THAT(said.front(), Contains("1.35 mm: the clip keeps"));
+}
+
+TEST_CASE("A plate whose widest spacing has more nodes than a room has time for is refused, with their number") {
+  AdviceRequest request = for_box("thin");
+  request.surface = box_surface("thin", {100, 100, 4});
+  CHECK_THROWS_WITH(advise(request, [] { return std::int64_t{}; }),
+                    Contains("makes no body of 100 x 100 x 4 mm") && Contains("12996 nodes") && Contains("thicker"));
 }
 
 TEST_CASE("A frame costs what the server's choice of patches costs, which is nonlinear while it fits into the frame") {
