@@ -31,12 +31,12 @@ void set_materials(LumpedBody& body, const MeshBodySettings& settings, const Sce
 }
 
 /// Refuses parts connected by a node or an edge only and not fixed themselves: they hang on a hinge and swing without any force.
-void check_hinges(const LumpedBody& body, const SceneText& text, const std::string& mesh) {
-  const std::vector<std::uint32_t> parts = parts_by_faces(body.tetrahedra);
+void check_hinges(const LumpedBody& body, std::span<const Tetrahedron> cells, const SceneText& text, const std::string& mesh) {
+  const std::vector<std::uint32_t> parts = parts_by_faces(cells);
   std::map<std::uint32_t, std::set<std::uint32_t>> held_nodes;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     std::set<std::uint32_t>& held = held_nodes[parts[i]];
-    for (const std::uint32_t node : body.tetrahedra[i].nodes)
+    for (const std::uint32_t node : cells[i].nodes)
       if (body.fixed[node] != 0) held.insert(node);
   }
   if (held_nodes.size() == 1) return;
@@ -54,18 +54,19 @@ void check_hinges(const LumpedBody& body, const SceneText& text, const std::stri
 
 LumpedBody build_mesh_body(const MeshBodySettings& settings, const SceneText& text) {
   TetraMesh mesh = read_tetra_mesh(settings.mesh, text.where("body.mesh.file") + ": mesh " + settings.mesh.file);
+  const std::vector<Tetrahedron> all = all_of(mesh);
   LumpedBody body;
+  body.triangles = outer_faces(all);
   body.nodes = std::move(mesh.vertices);
   body.tetrahedra = std::move(mesh.cells);
   set_materials(body, settings, text);
   set_relaxation(body, settings.solid.relaxation);
   body.mass_damping_1_s = settings.solid.mass_damping_1_s;
   body.masses_kg = lumped_masses(body.tetrahedra, body.nodes, settings.density_kg_m3);
-  body.triangles = outer_faces(body.tetrahedra);
   body.gravity_m_s2 = settings.gravity_m_s2;
   fix_nodes(body, settings.fixed, Vec3::Constant(mean_edge_m(body)));
   refuse_all_fixed(body, text, "body.mesh");
-  check_hinges(body, text, settings.mesh.file);
+  check_hinges(body, all, text, settings.mesh.file);
   return body;
 }
 

@@ -13,7 +13,11 @@ namespace palpate {
 struct TetraMesh {
   std::vector<Vec3> vertices;      ///< [m]
   std::vector<Tetrahedron> cells;  ///< `material` is the region's number in the file, 0 from a lattice
+  std::vector<Tetrahedron> flat;   ///< left out between cells, whose faces they share (check_mesh)
 };
+
+/// Cells and flat ones together.
+std::vector<Tetrahedron> all_of(const TetraMesh& mesh);
 
 /// Corners of the cells in files: for hexahedra and prisms one end after the other, in the same direction; for pyramids the base
 /// first.
@@ -43,14 +47,16 @@ std::vector<double> lumped_masses(std::span<const Tetrahedron> cells, std::span<
 
 inline constexpr double kMinQuality = 0.02;     ///< at most kMostFlat of the tetrahedra may be flatter, or a mesh is refused
 inline constexpr double kLeastQuality = 0.005;  ///< lowest quality of those few with which a body can still be stepped
-inline constexpr double kMostFlat = 0.01;       ///< largest share of flat tetrahedra
+inline constexpr double kMostFlat = 0.01;       ///< largest share of flat tetrahedra, of their number and of the volume
 
 /// Returns the connected part of every tetrahedron; parts have no face in common, at most nodes and edges: hinges.
 std::vector<std::uint32_t> parts_by_faces(std::span<const Tetrahedron> cells);
 
 /// Checks a mesh from a file and makes it usable for a body: reorients cells that are inside out, drops vertices that no cell has
-/// and, with a line on stderr, duplicate cells. Throws an InputError that begins with `where` if more than few cells are flat,
-/// the mesh falls apart or a face belongs to three cells.
+/// and, with a line on stderr, duplicate cells and those with a corner twice. The few that are flatter than kLeastQuality move to
+/// `flat`, or are dropped at the surface: they have next to no volume, and their neighbours have their nodes. Throws an
+/// InputError that begins with `where` if more than few cells are flat, a node has flat cells alone, the mesh falls apart or a
+/// face belongs to three cells.
 void check_mesh(TetraMesh& mesh, const std::string& where);
 
 }  // namespace palpate

@@ -12,6 +12,9 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 
+/// True where a line of `text` ends, which is with \n, \r\n or, as on old machines, \r alone.
+bool ends_line(std::string_view text) { return text.starts_with('\n') || (text.starts_with('\r') && !text.starts_with("\r\n")); }
+
 std::size_t word_length(std::string_view text) {
   std::size_t length = 0;
   while (length < text.size() && !is_blank(text[length]) && text[length] != '\n') ++length;
@@ -22,7 +25,7 @@ std::size_t word_length(std::string_view text) {
 
 bool Words::next(std::string_view& word) {
   while (!rest_.empty() && (is_blank(rest_.front()) || rest_.front() == '\n')) {
-    line_ += rest_.front() == '\n';
+    line_ += ends_line(rest_);
     rest_.remove_prefix(1);
   }
   word = rest_.substr(0, word_length(rest_));
@@ -32,8 +35,8 @@ bool Words::next(std::string_view& word) {
 
 bool Words::next_on_line(std::string_view& word) {
   while (!rest_.empty()) {
-    const std::size_t joined = rest_.starts_with("\\\n") ? 2 : rest_.starts_with("\\\r\n") ? 3 : 0;
-    if (joined == 0 && !is_blank(rest_.front())) break;
+    const std::size_t joined = rest_.starts_with("\\\r\n") ? 3 : rest_.starts_with("\\\n") || rest_.starts_with("\\\r") ? 2 : 0;
+    if (joined == 0 && (!is_blank(rest_.front()) || ends_line(rest_))) break;
     line_ += joined > 0;
     rest_.remove_prefix(joined > 0 ? joined : 1);
   }
@@ -86,8 +89,8 @@ void Words::skip(std::size_t words) {
 }
 
 void Words::skip_line() {
-  const std::size_t end = rest_.find('\n');
-  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+  while (!rest_.empty() && !ends_line(rest_)) rest_.remove_prefix(1);
+  if (!rest_.empty()) rest_.remove_prefix(1);
   ++line_;
 }
 

@@ -70,6 +70,16 @@ TEST_CASE("an OBJ file counts its vertices from the first or from the last, and 
   CHECK(mesh.triangles[2] == Triangle{0, 1, 2});
 }
 
+TEST_CASE("lines of a surface may end with CR alone, and are counted", "[scene][surface]") {
+  const TriangleMesh mesh = read_obj("# a triangle\rv 0 0 0\rv 1 0 0 # beside\rv 0 1 0\rf 1 2 \\\r3\r", "a");
+  REQUIRE(mesh.triangles.size() == 1);
+  CHECK(mesh.vertices[2] == Vec3(0, 1, 0));
+  CHECK_THROWS_WITH(read_obj("# a triangle\rv 0 0 0\r\rv 0 0 x\r", "a"), Catch::StartsWith("a:4: \"x\""));
+  const std::string stl =
+      "solid a\rfacet normal 0 0 1\router loop\rvertex 0 0 0\rvertex 1 0 0\rvertex 0 1 0\rendloop\rendfacet\rendsolid\r";
+  CHECK(read_stl(stl, "a").triangles.size() == 1);
+}
+
 TEST_CASE("what an OBJ or STL file says wrongly is answered with its line", "[scene][surface]") {
   const auto says = [](const std::string& text, const char* words) {
     CAPTURE(text);

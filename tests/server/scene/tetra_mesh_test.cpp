@@ -240,6 +240,49 @@ CELL_TYPES 2
         7);
 }
 
+/// A column of 20 cubes of 10 mm, of six tetrahedra each, and one flat tetrahedron: between the tenth and the eleventh, which cut
+/// the face that they share along different diagonals, or on top.
+std::string column(bool flat_between, bool upper_mirrored) {
+  std::string text = "# vtk DataFile Version 3.0\na column\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 84 double\n";
+  for (int k = 0; k <= 20; ++k)
+    for (int c = 0; c < 4; ++c)
+      text += std::to_string(c % 2 * 10) + " " + std::to_string(c / 2 * 10) + " " + std::to_string(10 * k) + "\n";
+  std::string cells;
+  const auto add = [&](std::array<int, 4> nodes) {
+    cells += "4";
+    for (const int node : nodes) cells += " " + std::to_string(node);
+    cells += "\n";
+  };
+  for (int k = 0; k < 20; ++k) {
+    const int mirror = k >= 10 && upper_mirrored ? 1 : 0;  // of x
+    const auto node = [&](int b) { return 4 * (k + (b >> 2)) + ((b & 3) ^ mirror); };
+    for (const auto& [a, b] : {std::pair{1, 3}, {1, 5}, {2, 3}, {2, 6}, {4, 5}, {4, 6}})
+      add({node(0), node(a), node(b), node(7)});
+  }
+  const int first = flat_between ? 40 : 80;
+  add({first, first + 1, first + 2, first + 3});
+  text += "CELLS 121 605\n" + cells + "CELL_TYPES 121\n";
+  for (int i = 0; i < 121; ++i) text += "10\n";
+  return text;
+}
+
+TEST_CASE("Few tetrahedra without volume are left out of a mesh, inside and on its surface, and the rest is as without them",
+          "[scene][solid]") {
+  const Folder folder;
+  const std::string scene = R"({"body": {"mesh": {"file": "column.vtk", "scale": 0.001, "density_kg_m3": 1000,
+    "fixed_faces": ["z-"], "solid": {"young_pa": 5000}}}})";
+  for (const bool between : {false, true}) {
+    folder.write("column.vtk", column(between, between));
+    const LumpedBody body = load_scene(folder.write("column.json", scene)).body;
+    CHECK(body.tetrahedra.size() == 120);
+    CHECK(body.triangles.size() == 2 * (4 * 20 + 2));
+    CHECK(signed_volume(body.triangles, body.nodes) == Approx(0.01 * 0.01 * 0.2));
+    CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(0.01 * 0.01 * 0.2 * 1000));
+  }
+  folder.write("column.vtk", replaced(column(false, false), "4 80 81 82 83", "4 80 81 83 83"));
+  CHECK(load_scene(folder.write("column.json", scene)).body.tetrahedra.size() == 120);
+}
+
 TEST_CASE("What is wrong with a mesh is said with its place and what was expected", "[scene][solid]") {
   const Folder folder;
   const auto mesh_error = [&](const std::string& name, const std::string& text) {
