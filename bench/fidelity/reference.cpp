@@ -83,7 +83,9 @@ struct ReferenceModel::State {
     port.node = scene.tool.node;
     port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
     port.tool = static_cast<std::uint32_t>(k);
-    const std::vector<ToolPort> parts = parts_of(scene.tool.shape, tissue.get(), port);
+    const bool holds = scene.tool.holds && k == 0;
+    const std::vector<ToolPort> parts =
+        holds ? std::vector{suture_port(scene.body, *scene.tool.holds, port)} : parts_of(scene.tool.shape, tissue.get(), port);
     ports.insert(ports.end(), parts.begin(), parts.end());
     fade[k].reset();
   }
@@ -175,6 +177,7 @@ void ReferenceModel::reset() {
   s.body.x = s.rest.x;
   s.body.v.setZero();
   s.body.anchors = s.rest.anchors;
+  s.body.sutures = s.rest.sutures;
   s.ports.clear();
 }
 

@@ -75,7 +75,7 @@ bool BodyBatch::show(const Sight& sight, const Look& look) {
 }
 
 bool BodyBatch::is_wall(const Triangle& t) const {
-  return !made_.marks.empty() && std::ranges::any_of(t, [&](std::uint32_t i) { return (made_.marks[i] & kWallMark) != 0; });
+  return !made_.marks.empty() && std::ranges::any_of(t, [&](std::uint32_t i) { return made_.marks[i] % kBodyMark == kWallMark; });
 }
 
 void BodyBatch::find_walls() {
@@ -118,7 +118,7 @@ void BodyBatch::add_corners(const std::vector<Triangle>& triangles, bool walls) 
     for (const std::uint32_t i : t) {
       const float scalar = made_.scalars.empty() ? (made_.positions[i] - made_.rest[i]).norm() : made_.scalars[i];
       const std::uint8_t mark = made_.marks.empty() ? 0 : made_.marks[i];
-      const float kind = walls ? -1.0F : (mark & kFixedMark) != 0 ? 1.0F : 0.0F;
+      const float kind = walls ? -1.0F : mark % kBodyMark == kFixedMark ? 1.0F : mark % kBodyMark == kThreadMark ? 2.0F : 0.0F;
       corners_.push_back(
           {made_.positions[i], normals_[i], Vec3f(scalar, hollow_[i], kind), strain, static_cast<float>(mark / kBodyMark)});
     }

@@ -26,8 +26,9 @@ class BodyBatch {
  private:
   /// Data of vertex `corner` of a triangle; three are a triangle.
   struct Corner {
-    Vec3f position, normal, look, strain;  ///< look: scalar, cavity, 1 fixed or -1 wall; strain: of the edge opposite each corner
-    float body;                            ///< MeshVertex::body
+    Vec3f position, normal, look,
+        strain;  ///< look: scalar, cavity, 1 fixed, -1 wall or 2 thread; strain: of the edge opposite each corner
+    float body;  ///< MeshVertex::body
   };
   /// The data from which the corners are computed.
   struct Made {

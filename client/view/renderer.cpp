@@ -83,6 +83,7 @@ void Renderer::draw_body(const Shown& shown) {
   program->set("u_wall", wall_color());
   program->set("u_several", shown.bodies.empty() ? 0 : 1);
   for (std::size_t i = 0; i < shown.bodies.size(); ++i) program->set(fmt::format("u_bodies[{}]", i).c_str(), shown.bodies[i]);
+  program->set("u_thread", thread_color());
   program->set("u_floor_z", shown.lights.floor_center.z());
   program->set("u_size", shown.lights.size);
   program->set("u_line", shown.lights.line_pixels);

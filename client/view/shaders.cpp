@@ -57,7 +57,7 @@ std::string plain_body_vertex() {
   return R"GLSL(
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec3 a_look;    // scalar, cavity, 1 fixed or -1 wall
+layout(location = 2) in vec3 a_look;    // scalar, cavity, 1 fixed, -1 wall or 2 thread
 layout(location = 3) in vec3 a_strain;  // of the triangle's edge across from each corner
 layout(location = 4) in float a_body;
 uniform mat4 u_view_projection;
@@ -131,7 +131,7 @@ flat in vec3 v_strain;
 flat in float v_body;
 uniform sampler2D u_colors;
 uniform float u_color_max, u_contour, u_floor_z, u_size, u_bias, u_strain_max, u_line;
-uniform vec3 u_held, u_wall;
+uniform vec3 u_held, u_wall, u_thread;
 uniform vec3 u_bodies[8];  // of several, else unused
 uniform int u_several;
 uniform vec3 u_pushed, u_slack, u_pulled;  // StrainColors
@@ -148,8 +148,10 @@ void main() {
   // A line at each step of the legend, not at zero: of an indentation they are its lines of equal depth.
   float steps = scalar / u_contour, across = max(fwidth(steps), 1e-6) * u_line;
   float contour = 1.0 - smoothstep(0.5, 1.5, abs(fract(steps - 0.5) - 0.5) / across);
+  bool thread = fixed_share > 1.5;
   albedo *= 1.0 - 0.42 * contour * step(0.5, steps) * (1.0 - smoothstep(0.2, 0.6, across));
-  float open = clamp(1.0 - 1.3 * cavity, 0.45, 1.08);
+  if (thread) albedo = u_thread;
+  float open = thread ? 1.0 : clamp(1.0 - 1.3 * cavity, 0.45, 1.08);
   open *= mix(0.62 + 0.38 * clamp(n.z, 0.0, 1.0), 1.0, smoothstep(0.0, 0.30, (v_position.z - u_floor_z) / u_size));
   float lit = lit_fraction(u_key_map, u_key_matrix, v_position + u_bias * (n + 0.6 * u_key_direction), 0.010, grain());
   lit *= min(1.0, 0.5 + 0.5 * open);  // the key light is as wide as a window: an indentation hides a part of it too

@@ -71,6 +71,8 @@ Vec3f station_color(std::size_t index) {
   return kPalette[index % kPalette.size()];
 }
 
+Vec3f thread_color() { return {0.04F, 0.07F, 0.42F}; }
+
 Vec3f wall_color() { return {0.66F, 0.36F, 0.37F}; }
 
 Vec3f held_color() { return {0.10F, 0.115F, 0.14F}; }

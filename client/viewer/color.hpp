@@ -36,6 +36,8 @@ Vec3f station_color(std::size_t index);
 
 /// Linear colour of fixed parts.
 Vec3f held_color();
+/// Linear colour of threads.
+Vec3f thread_color();
 /// Linear colour of the walls of cuts.
 Vec3f wall_color();
 

@@ -116,6 +116,7 @@ void RecordedScene::show_mesh(const BodyMesh& mesh, std::uint32_t number) {
 
 void RecordedScene::note_displacement(const RecordedShape& shape) {
   for (std::size_t v = 0; v < rest_.size(); ++v) {
+    if (mesh_.vertices[v].thread) continue;
     const float moved = (shape.positions[v].cast<float>() - rest_[v]).norm();
     displacement_max_m_ = std::max(displacement_max_m_, moved);
   }

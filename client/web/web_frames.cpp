@@ -235,7 +235,8 @@ std::string hello_message(const PageGreeting& greeting) {
          {"palette", std::move(palette)},
          {"stations", std::move(stations)},
          {"held", css(to_srgb(held_color()))},
-         {"wall", css(to_srgb(wall_color()))}};
+         {"wall", css(to_srgb(wall_color()))},
+         {"thread", css(to_srgb(thread_color()))}};
   if (!greeting.live)
     j["recording"] = {{"begin", rounded(greeting.begin_s, 6)},
                       {"end", rounded(greeting.end_s, 6)},

@@ -52,6 +52,7 @@
 #include "common/mechanics/solid_law.hpp"
 #include "common/patch/needle.hpp"
 #include "common/patch/scheme.hpp"
+#include "common/patch/suture.hpp"
 
 namespace palpate {
 
@@ -108,13 +109,14 @@ struct PatchOthers {
   std::span<const OtherContact> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
 };
 
-/// Number of other contacts in a patch, whether its tool has a body, and jaws, and the number of layers of a needle's path: what
-/// decides their room in a datagram.
+/// Number of other contacts in a patch, whether its tool has a body, and jaws, the number of layers of a needle's path, and that
+/// of bites of a thread: what decides their room in a datagram.
 struct PatchContacts {
   int others = 0;
   bool body = false;
   int needle_layers = 0;
   bool jaws = false;
+  int bites = 0;
   PatchContacts(int count = 0, bool with_body = false, int layers = 0, bool with_jaws = false)  // NOLINT: a number of contacts
       : others(count), body(with_body), needle_layers(layers), jaws(with_jaws) {}
 };
@@ -131,6 +133,20 @@ struct PatchNeedle {
   NeedleTip tip;        ///< at the stamp
   std::array<Point, kNeedlePoints> points;
   bool empty() const { return layers.count == 0; }
+};
+
+/// The thread whose end the hand holds: the tool pulls on it, and does not touch. Its forces at the stamp are not in g, nor is
+/// its stiffness in K.
+struct PatchSuture {
+  struct Bite {
+    Vec3 position = Vec3::Zero();  ///< x_j at the stamp [m]
+    PortRows rows;                 ///< motion with the modes
+  };
+  SutureLaw law;       ///< without bites: none
+  OfSpans length_m{};  ///< L_i at the stamp
+  std::array<Bite, kMaxBites> bites;
+  bool empty() const { return law.bites == 0; }
+  std::span<const Bite> all() const { return std::span(bites).first(static_cast<std::size_t>(law.bites)); }
 };
 
 /// One branch of a stress that relaxes.
@@ -184,6 +200,7 @@ struct Patch {
   PortSurface surface;
   PatchOthers others;  ///< contacts with the coupling and friction above
   PatchNeedle needle;  ///< while its tip is inside there is no contact at `point`
+  PatchSuture suture;  ///< of a tool that holds one there is no contact at `point` at all
 
   // a tool with a body
   Orientation turn;            ///< R*; empty for a point

@@ -67,6 +67,9 @@ bool sizes_agree(const Patch& p) {
   if (p.needle.layers.count < 0 || p.needle.layers.count > (uses_surface(p) && p.turn ? kMaxNeedleLayers : 0)) return false;
   for (const PatchNeedle::Point& point : p.needle.points)
     if (!p.needle.empty() && point.rows.cols() != r) return false;
+  if (p.suture.law.bites < 0 || p.suture.law.bites > (uses_surface(p) ? kMaxBites : 0)) return false;
+  for (const PatchSuture::Bite& bite : p.suture.all())
+    if (bite.rows.cols() != r) return false;
   if (!uses_surface(p)) return true;
   const auto& s = p.surface;
   if (s.vertex_count < 3 || s.vertex_count > kMaxPortVertices || s.triangle_count < 1 || s.triangle_count > kMaxPortTriangles)
@@ -128,6 +131,18 @@ void check_needle(const PatchNeedle& needle, Numbers& numbers) {
   }
 }
 
+void check_suture(const PatchSuture& suture, Numbers& numbers) {
+  if (suture.empty()) return;
+  numbers.within(suture.law.stiffness_n_m, kMinThreadStiffness_n_m, kMaxThreadStiffness_n_m);
+  numbers.within(suture.law.friction, 0, kMaxFriction);
+  numbers.within(suture.law.drag_n, 0, kMaxForceN);
+  for (std::size_t i = 0; i <= suture.all().size(); ++i) numbers.within(suture.length_m[i], 0, kWorldExtentM);
+  for (const PatchSuture::Bite& bite : suture.all()) {
+    numbers.all(bite.position, kWorldExtentM);
+    numbers.all(bite.rows, kMaxModelEntry);
+  }
+}
+
 void check_fading(const PatchRelaxation& fading, Numbers& numbers) {
   double share = 0;
   for (const PatchBranch& branch : fading.branches()) {
@@ -162,6 +177,7 @@ PatchFault check_numbers(const Patch& p) {
   if (uses_surface(p)) check_surface_numbers(p, numbers);
   check_other_contacts(p.others, numbers);
   check_needle(p.needle, numbers);
+  check_suture(p.suture, numbers);
   check_sphere(p.sphere, numbers);
   numbers.all(p.torque, kMaxTorqueNM);
   numbers.within(p.opening, 0, 1);

@@ -59,10 +59,11 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
   tool_ = {patch.tool, patch.turn.value_or(Rotation::Identity()), patch.opening};
   if (patch.contact == ContactKind::touch) {
     surface_ = PlayedSurface(patch_.surface, r, psi0_);
-    contact_ = SurfaceContact(patch.point, patch.touching && !patch.needle.tip.inside, patch.c_static);
+    contact_ = SurfaceContact(patch.point, patch.touching && !patch.needle.tip.inside && patch.suture.empty(), patch.c_static);
     if (nonlinear_.empty() && r > 0 && !surface_.empty()) contact_.compensate_slides(patch_, surface_);
     others_ = OtherContacts(patch, surface_, psi0_, dt_);
     needle_ = NeedleContacts(patch, psi0_);
+    suture_ = SutureContact(patch, psi0_);
     push_.response.setZero(2 * r, 3);
     if (contact_.touching() && r > 0) {
       contact_.respond(surface_, patch.contact_stiffness_n_m, push_);
@@ -201,11 +202,15 @@ void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
     next.noalias() += transition_ * z_;
     if (!others_.empty()) others_.carry_on(next);
     if (!needle_.empty()) needle_.carry_on(next);
+    if (!suture_.empty()) suture_.carry_on(next);
     z_ = next;
   }
   close_others(tool);
   output_ = {};
-  if (needle_.inside()) {
+  if (!suture_.empty()) {
+    suture_.close(z_, tool.position);
+    output_ = {suture_.force(), true};
+  } else if (needle_.inside()) {
     push_.lambda.setZero();
     needle_.close(z_, tool);
     output_.contact = needle_.inside();

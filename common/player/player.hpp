@@ -14,7 +14,8 @@
 //             Beyond the patch's piece of surface the tool slides along the plane at its border, where body and friction are as
 //             at the border.
 // Other tools are contacts, too, and so are the other spheres of a tool with a body (other_contacts.hpp); a needle in the body
-// has contacts of its own instead (needle_contacts.hpp), from the step after the one in which it punctures. A load that changes
+// has contacts of its own instead (needle_contacts.hpp), from the step after the one in which it punctures, and a hand that holds
+// a thread its spans (suture_contact.hpp). A load that changes
 // (patch.load_rate) adds psi0 l t + psi1 l dt to the drift, a sum that grows by one part a step. Stress that relaxes
 // (patch.fading) is evaluated half a step ahead of the deformation, s(t + dt/2) = e s(t - dt/2) + (1 - e) (pull + H u(t) - f)
 // with e = exp(-dt / time), and acts with that value in the step: of second order.
@@ -41,6 +42,7 @@
 #include "common/player/other_contacts.hpp"
 #include "common/player/propagator.hpp"
 #include "common/player/surface_contact.hpp"
+#include "common/player/suture_contact.hpp"
 
 namespace palpate {
 
@@ -77,6 +79,8 @@ class PatchPlayer {
   Vec3 vertex(int i) const;
   /// Place of a needle's tip on its path.
   const NeedleTip& needle_tip() const { return needle_.tip(); }
+  /// Material lengths of the thread that the hand holds [m].
+  const OfSpans& thread_lengths() const { return suture_.lengths(); }
   /// Energy of the model, (q'^T q' + q^T K q) / 2 [J], for tests of passivity.
   double energy() const;
 
@@ -119,6 +123,7 @@ class PatchPlayer {
   PortPush push_;  // at the contact, or without modes its lambda and C
   OtherContacts others_;
   NeedleContacts needle_;
+  SutureContact suture_;
   Micros time_{};
   ToolPose tool_;
   PlayerOutput output_;

@@ -25,6 +25,7 @@ struct MeshVertex {
   bool fixed = false;        ///< never moves
   bool wall = false;         ///< of a cut: it lay inside the body before
   std::uint8_t body = 0;     ///< place in the scene's list of its body, where there are several; below kMostBodies
+  bool thread = false;       ///< of a thread through the body, which is drawn as a tube
 };
 
 /// One of several deformable bodies of a scene.
@@ -33,17 +34,19 @@ struct BodyName {
   std::uint32_t colour = 0;  ///< 0xrrggbb
 };
 
-/// The mark of a vertex on the wire: kFixedMark, kWallMark or 0, plus kBodyMark times its body.
-inline constexpr std::uint8_t kFixedMark = 1, kWallMark = 2, kBodyMark = 4;
+/// The mark of a vertex on the wire: kFixedMark, kWallMark, kThreadMark or 0, plus kBodyMark times its body.
+inline constexpr std::uint8_t kFixedMark = 1, kWallMark = 2, kThreadMark = 3, kBodyMark = 4;
 inline std::uint8_t mark_of(const MeshVertex& vertex) {
-  return static_cast<std::uint8_t>((vertex.fixed ? kFixedMark : vertex.wall ? kWallMark : 0) + kBodyMark * vertex.body);
+  const std::uint8_t kind = vertex.fixed ? kFixedMark : vertex.wall ? kWallMark : vertex.thread ? kThreadMark : std::uint8_t{0};
+  return static_cast<std::uint8_t>(kind + kBodyMark * vertex.body);
 }
 /// Reads a mark into `vertex`. Returns false when it is none.
 inline bool read_mark(std::uint8_t mark, MeshVertex& vertex) {
   vertex.fixed = mark % kBodyMark == kFixedMark;
   vertex.wall = mark % kBodyMark == kWallMark;
+  vertex.thread = mark % kBodyMark == kThreadMark;
   vertex.body = mark / kBodyMark;
-  return mark % kBodyMark <= kWallMark && vertex.body < kMostBodies;
+  return vertex.body < kMostBodies;
 }
 
 struct BodyMesh {

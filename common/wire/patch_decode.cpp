@@ -202,6 +202,37 @@ WireFault read_needle(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
+WireFault read_suture(const wire::Patch& table, Patch& patch) {
+  if (!table.suture()) return WireFault::none;
+  const wire::Suture& sent = *table.suture();
+  const int r = patch.modes(), bites = sent.bites() ? static_cast<int>(sent.bites()->size()) : 0;
+  Walk<std::int16_t> rows(sent.rows());
+  Walk<float> lengths(sent.lengths());
+  if (patch.contact != ContactKind::touch || bites < 2 || bites > kMaxBites || lengths.left() != bites + 1 ||
+      rows.left() != 3 * r * bites)
+    return WireFault::malformed;
+  if ((sent.flags() & ~kAllThreadFlags) != 0) return WireFault::out_of_range;
+  PatchSuture& suture = patch.suture;
+  suture.law = {bites,
+                sent.stiffness(),
+                sent.friction(),
+                sent.drag(),
+                (sent.flags() & kFirstTiedFlag) != 0,
+                (sent.flags() & kLastTiedFlag) != 0,
+                (sent.flags() & kBarbedFlag) != 0};
+  for (int i = 0; i <= bites; ++i) suture.length_m[static_cast<std::size_t>(i)] = lengths.next();
+  for (int j = 0; j < bites; ++j) {
+    PatchSuture::Bite& bite = suture.bites[static_cast<std::size_t>(j)];
+    bite.position = pack::from(*sent.bites()->Get(static_cast<flatbuffers::uoffset_t>(j)));
+    bite.rows.resize(3, r);
+    for (int m = 0; m < r; ++m) {
+      const double step = row_step(*table.shorts(), r, m);
+      for (int k = 0; k < 3; ++k) bite.rows(k, m) = rows.next() * step;
+    }
+  }
+  return WireFault::none;
+}
+
 WireFault read_load(const wire::Patch& table, Patch& patch) {
   patch.load_for = Micros{table.load_for()};
   if (!table.load_rate()) return table.load_for() == 0 || patch.others.count > 0 ? WireFault::none : WireFault::malformed;
@@ -235,12 +266,13 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
     if (fault == WireFault::none) fault = read_others(table, patch);
     if (fault == WireFault::none) fault = read_tool_body(table, patch);
     if (fault == WireFault::none) fault = read_needle(table, patch);
+    if (fault == WireFault::none) fault = read_suture(table, patch);
     if (fault == WireFault::none) fault = read_load(table, patch);
     return fault == WireFault::none ? read_fading(table, patch) : fault;
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
                     !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows() &&
-                    !table.needle() && !table.jaws();
+                    !table.needle() && !table.jaws() && !table.suture();
   return bare ? read_tool_body(table, patch) : WireFault::malformed;
 }
 

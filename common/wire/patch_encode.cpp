@@ -27,6 +27,7 @@ using Shorts = Bounded<std::int16_t, static_cast<std::size_t>(mode_shorts(kMaxMo
 
 using OtherRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxOtherContacts)>;
 using NeedleRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kNeedlePoints)>;
+using SutureRows = Bounded<std::int16_t, static_cast<std::size_t>(3 * kMaxModes * kMaxBites)>;
 
 bool has_modes_in_order(const Patch& patch) {
   const auto r = patch.stiffness.size();
@@ -45,6 +46,9 @@ bool has_modes_in_order(const Patch& patch) {
   if (patch.needle.layers.count < 0 || patch.needle.layers.count > (patch.turn ? kMaxNeedleLayers : 0)) return false;
   for (const PatchNeedle::Point& point : patch.needle.points)
     if (!patch.needle.empty() && point.rows.cols() != r) return false;
+  if (patch.suture.law.bites < 0 || patch.suture.law.bites > kMaxBites) return false;
+  for (const PatchSuture::Bite& bite : patch.suture.all())
+    if (bite.rows.cols() != r) return false;
   return std::ranges::all_of(patch.others.tools(), [&](const OtherContact& other) { return other.rows.cols() == r; });
 }
 
@@ -55,6 +59,8 @@ bool has_finite_surface(const Patch& patch) {
     if (!vertex.position.allFinite() || !vertex.rows.allFinite() || !vertex.normal.allFinite()) return false;
   for (const PatchNeedle::Point& point : patch.needle.points)
     if (!patch.needle.empty() && !point.rows.allFinite()) return false;
+  for (const PatchSuture::Bite& bite : patch.suture.all())
+    if (!bite.rows.allFinite()) return false;
   return std::ranges::all_of(patch.others.tools(), [](const OtherContact& other) {
     return other.rows.allFinite() && other.normal.allFinite() && other.velocity.allFinite() && other.acceleration.allFinite();
   });
@@ -113,8 +119,8 @@ Normals normals_of(const PortSurface& surface) {
 int step_exponent(double most) { return static_cast<int>(std::ceil(std::log2(pack::short_step(most)))); }
 
 /// Adds the moving surface. Returns the step of positions.
-float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows, pack::Packer& packer, const Patch& patch,
-                  const Vec3& origin) {
+float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows, SutureRows& suture_rows, pack::Packer& packer,
+                  const Patch& patch, const Vec3& origin) {
   const int r = patch.modes();
   const auto vertices = std::span(patch.surface.vertices).first(static_cast<std::size_t>(patch.surface.vertex_count));
   std::array<float, kMaxModes> row_step{};
@@ -124,6 +130,7 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
     for (const OtherContact& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
     for (const PatchNeedle::Point& point : patch.needle.points)
       if (!patch.needle.empty()) largest = std::max(largest, point.rows.col(m).cwiseAbs().maxCoeff());
+    for (const PatchSuture::Bite& bite : patch.suture.all()) largest = std::max(largest, bite.rows.col(m).cwiseAbs().maxCoeff());
     const int exponent = step_exponent(packer.number(largest));
     shorts.add(static_cast<std::int16_t>(exponent));
     row_step[static_cast<std::size_t>(m)] = std::ldexp(1.0F, exponent);
@@ -144,6 +151,9 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
   for (const PatchNeedle::Point& point : patch.needle.points)
     for (int m = 0; m < r && !patch.needle.empty(); ++m)
       for (int k = 0; k < 3; ++k) needle_rows.add(pack::to_short(point.rows(k, m), row_step[static_cast<std::size_t>(m)]));
+  for (const PatchSuture::Bite& bite : patch.suture.all())
+    for (int m = 0; m < r; ++m)
+      for (int k = 0; k < 3; ++k) suture_rows.add(pack::to_short(bite.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   return step;
 }
 
@@ -193,6 +203,22 @@ flatbuffers::Offset<wire::Needle> write_needle(flatbuffers::FlatBufferBuilder& b
   const auto rows_at = rows.size() > 0 ? builder.CreateVector(rows.data(), rows.size()) : 0;
   return wire::CreateNeedle(builder, length, depth, front, static_cast<std::uint8_t>(needle.tip.layer), needle.tip.inside,
                             layers_at, points_at, rows_at);
+}
+
+flatbuffers::Offset<wire::Suture> write_suture(flatbuffers::FlatBufferBuilder& builder, pack::Packer& packer,
+                                               const PatchSuture& suture, const SutureRows& rows) {
+  Bounded<float, kMaxSpans> lengths;
+  Bounded<wire::Vec, kMaxBites> bites;
+  for (std::size_t i = 0; i <= suture.all().size(); ++i) lengths.add(packer.number(suture.length_m[i]));
+  for (const PatchSuture::Bite& bite : suture.all()) bites.add(packer.vec(bite.position));
+  const auto lengths_at = builder.CreateVector(lengths.data(), lengths.size());
+  const auto bites_at = builder.CreateVectorOfStructs(bites.data(), bites.size());
+  const auto rows_at = rows.size() > 0 ? builder.CreateVector(rows.data(), rows.size()) : 0;
+  const SutureLaw& law = suture.law;
+  return wire::CreateSuture(builder, packer.number(law.stiffness_n_m), packer.number(law.friction), packer.number(law.drag_n),
+                            static_cast<std::uint8_t>((law.first_tied ? kFirstTiedFlag : 0) |
+                                                      (law.last_tied ? kLastTiedFlag : 0) | (law.barbed ? kBarbedFlag : 0)),
+                            lengths_at, bites_at, rows_at);
 }
 
 std::uint16_t to_weight(double weight) {
@@ -250,6 +276,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   Shorts shorts;
   OtherRows other_rows;
   NeedleRows needle_rows;
+  SutureRows suture_rows;
   wire::AttachPort attach;
   wire::TouchPort touch;
   const bool is_touch = patch.contact == ContactKind::touch;
@@ -259,7 +286,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   if (!patch.constant) add_modes(floats, shorts, packer, patch);
   if (!patch.constant && is_touch) {
     const wire::Point origin = packer.point(patch.surface.vertices[0].position);
-    const float step = add_surface(shorts, other_rows, needle_rows, packer, patch, pack::from(origin));
+    const float step = add_surface(shorts, other_rows, needle_rows, suture_rows, packer, patch, pack::from(origin));
     const std::uint16_t w0 = to_weight(patch.point.weight[0]);
     const std::uint16_t w1 = std::min(to_weight(patch.point.weight[1]), static_cast<std::uint16_t>(pack::kWeightMax - w0));
     touch = {packer.number(patch.contact_stiffness_n_m),
@@ -300,6 +327,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
   const auto needle_at = surface && !patch.needle.empty() ? write_needle(builder, packer, patch.needle, needle_rows) : 0;
+  const auto suture_at = surface && !patch.suture.empty() ? write_suture(builder, packer, patch.suture, suture_rows) : 0;
   Spheres spheres;
   Jaws jaws;
   bool on_jaw = false;
@@ -311,10 +339,11 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const wire::ToolBody body = body_of(packer, patch);
   const auto spheres_at = spheres.size() > 0 ? builder.CreateVectorOfStructs(spheres.data(), spheres.size()) : 0;
   const auto jaws_at = on_jaw ? builder.CreateVectorOfStructs(jaws.data(), jaws.size()) : 0;
-  return wire::CreatePatch(
-      builder, &head, floats_at, shorts_at, surface ? &touch : nullptr, !patch.constant && !is_touch ? &attach : nullptr, load_at,
-      load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at, others_at, other_rows_at,
-      patch.turn ? &body : nullptr, spheres_at, needle_at, on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at);
+  return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
+                           !patch.constant && !is_touch ? &attach : nullptr, load_at,
+                           load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
+                           others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at, needle_at,
+                           on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -335,12 +364,14 @@ int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, in
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
   constexpr int kJawsBytes = 16, kJawBytes = 4;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
+  constexpr int kSutureBytes = 88, kBiteBytes = 16;
   const int others = contacts.others;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
          (others > 0 ? kOthersOverheadBytes + others * (kOtherContactBytes + 6 * modes) : 0) +
          (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
          (contacts.jaws ? kJawsBytes + kJawBytes * (others + 1) : 0) +
          (contacts.needle_layers > 0 ? kNeedleBytes + kLayerBytes * contacts.needle_layers + 6 * kNeedlePoints * modes : 0) +
+         (contacts.bites > 0 ? kSutureBytes + contacts.bites * (kBiteBytes + 6 * modes) : 0) +
          (branches > 0 ? kBranchesOverheadBytes + branches * (kBranchBytes + 2 * variables) : 0);
 }
 

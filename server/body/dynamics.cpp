@@ -13,7 +13,8 @@ Dynamics::Dynamics(const LumpedBody& body)
       tetrahedra_(body, pattern_),
       hexahedra_(body, pattern_),
       relaxation_(body, tetrahedra_, hexahedra_, pattern_),
-      contacts_(body) {
+      contacts_(body),
+      sutures_(body) {
   assert(!body.is_loaded);
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(masses_, i).setConstant(body.masses_kg[i]);
   if (contacts_.empty()) return;
@@ -29,6 +30,7 @@ BodyState Dynamics::rest_state() const {
   s.x.resize(masses_.size());
   s.v = Vector::Zero(masses_.size());
   for (std::uint32_t i = 0; i < nodes(); ++i) at_node(s.x, i) = body_->nodes[i];
+  s.sutures = sutures_.begun();
   return s;
 }
 
@@ -42,27 +44,39 @@ void Dynamics::forces(const Vector& x, const Vector& v, Vector& f) const {
 
 Vec3 Dynamics::element_force(const BodyState& state, std::uint32_t node) const {
   return springs_.force_on(state, node) + tetrahedra_.force_on(state, node) + hexahedra_.force_on(state, node) +
-         relaxation_.force_on(state, node) + contacts_.force_on(state, node);
+         relaxation_.force_on(state, node) + contacts_.force_on(state, node) + sutures_.force_on(state, node);
 }
 
 BlockMatrix Dynamics::make_matrix() const { return pattern_; }
 
-void Dynamics::add_contacts(const std::vector<Contacts::Block>& blocks, double c_d, double c_k,
-                            const std::vector<std::uint8_t>& held, BlockMatrix& a) {
+void Dynamics::add_contacts(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held,
+                            BlockMatrix& a) const {
+  const std::vector<Contacts::Block> contacts = contacts_.tangents(state);
+  const std::vector<Sutures::Block> threads = sutures_.tangents(state);
   std::vector<BlockPattern::Pair> pairs;
-  for (const Contacts::Block& contact : blocks)
-    for (const auto& [i, w_i] : contact.nodes)
-      for (const auto& [j, w_j] : contact.nodes)
+  const auto join = [&](const auto& nodes) {
+    for (const auto& [i, w_i] : nodes)
+      for (const auto& [j, w_j] : nodes)
         if (i < j && !held[i] && !held[j]) pairs.emplace_back(i, j);
+  };
+  for (const Contacts::Block& contact : contacts) join(contact.nodes);
+  for (const Sutures::Block& thread : threads) join(thread.y);
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   if (!pairs.empty()) a.widen(std::move(pairs));
-  for (const Contacts::Block& contact : blocks) {
+  const auto block = [&](std::uint32_t i, std::uint32_t j) -> decltype(auto) {
+    return a.block(i == j ? a.diagonal(i) : a.find(i, j));
+  };
+  for (const Contacts::Block& contact : contacts) {
     const Mat3 sum = c_k * contact.stiffness + c_d * contact.damping;
     for (const auto& [i, w_i] : contact.nodes)
       for (const auto& [j, w_j] : contact.nodes)
-        if (!held[i] && !held[j]) a.block(i == j ? a.diagonal(i) : a.find(i, j)) += w_i * w_j * sum;
+        if (!held[i] && !held[j]) block(i, j) += w_i * w_j * sum;
   }
+  for (const Sutures::Block& thread : threads)
+    for (const auto& [i, y_i] : thread.y)
+      for (const auto& [j, y_j] : thread.y)
+        if (!held[i] && !held[j]) block(i, j) += c_k * thread.stiffness_n_m * y_i * y_j.transpose();
 }
 
 void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held,
@@ -75,7 +89,7 @@ void Dynamics::assemble(const BodyState& state, double c_m, double c_d, double c
   tetrahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   hexahedra_.add_tangents(state, c_d, c_k, held, clamp, a);
   relaxation_.add_tangents(state, c_k, held, clamp, a);
-  if (!contacts_.empty()) add_contacts(contacts_.tangents(state), c_d, c_k, held, a);
+  if (!contacts_.empty() || !sutures_.empty()) add_contacts(state, c_d, c_k, held, a);
   if (!body_->planar) return;
   // The nodes of a planar body are not coupled across its plane; with c_m = 0 those rows would be empty.
   for (std::uint32_t i = 0; i < nodes(); ++i)
@@ -107,11 +121,16 @@ void Dynamics::multiply_tangents(const BodyState& state, const Vector& y, Vector
       at_node(d_y, node) += weight * (contact.damping * moved);
     }
   }
+  for (const Sutures::Block& thread : sutures_.tangents(state)) {
+    double moved = 0;
+    for (const auto& [node, y_node] : thread.y) moved += y_node.dot(at_node(y, node));
+    for (const auto& [node, y_node] : thread.y) at_node(k_y, node) += thread.stiffness_n_m * moved * y_node;
+  }
 }
 
 double Dynamics::energy(const BodyState& state) const {
   double energy = 0.5 * state.v.dot(masses_.cwiseProduct(state.v)) + springs_.energy(state.x) + tetrahedra_.energy(state.x) +
-                  hexahedra_.energy(state.x) + relaxation_.energy(state) + contacts_.energy(state);
+                  hexahedra_.energy(state.x) + relaxation_.energy(state) + contacts_.energy(state) + sutures_.energy(state);
   for (std::uint32_t i = 0; i < nodes(); ++i)
     energy -= body_->masses_kg[i] * body_->gravity_m_s2.dot(at_node(state.x, i) - body_->nodes[i]);
   return energy;

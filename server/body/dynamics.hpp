@@ -12,6 +12,7 @@
 
 #include "server/body/contacts.hpp"
 #include "server/body/relaxation.hpp"
+#include "server/body/sutures.hpp"
 #include "server/elements/elements.hpp"
 
 namespace palpate {
@@ -32,24 +33,31 @@ class Dynamics {
   const Hexahedra& hexahedra() const { return hexahedra_; }
   const Relaxation& relaxation() const { return relaxation_; }
   const Contacts& contacts() const { return contacts_; }
+  const Sutures& sutures() const { return sutures_; }
+  /// Moves what contacts and threads remember on, at the end of a step.
+  void follow(BodyState& state) const {
+    contacts_.follow(state);
+    sutures_.follow(state);
+  }
 
-  /// Computes F(x, v): element forces and gravity, without the relaxed stress and contacts.
+  /// Computes F(x, v): element forces and gravity, without the relaxed stress, contacts and threads.
   void forces(const Vector& x, const Vector& v, Vector& f) const;
-  /// Computes all of F, with contacts and the traction across a fresh cut.
+  /// Computes all of F, with contacts, threads and the traction across a fresh cut.
   void forces(const BodyState& state, Vector& f) const {
     forces(state.x, state.v, f);
     relaxation_.add_forces(state, f);
     contacts_.add_forces(state, f);
+    sutures_.add_forces(state, f);
     if (state.traction) f += state.traction->at(state.time_s);
   }
-  /// Returns the force of the elements and contacts on one node: what a tool that holds it feels (without the node's own weight
-  /// and inertia).
+  /// Returns the force of the elements, contacts and threads on one node: what a tool that holds it feels (without the node's own
+  /// weight and inertia).
   Vec3 element_force(const BodyState& state, std::uint32_t node) const;
 
   /// Returns an empty matrix on the body's pattern.
   BlockMatrix make_matrix() const;
   /// Assembles A = c_m M + c_d D + c_k K with the symmetric part of K; see ElementLoops for `clamp`. Rows and
-  /// columns of held nodes become those of the identity. The pattern is widened by contacts between bodies.
+  /// columns of held nodes become those of the identity. The pattern is widened by contacts between bodies and by threads.
   void assemble(const BodyState& state, double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
                 BlockMatrix& a) const;
   /// Computes the products K y and D y with the unmasked symmetric tangents at a state, element by element. For many products see
@@ -59,8 +67,7 @@ class Dynamics {
   double energy(const BodyState& state) const;
 
  private:
-  static void add_contacts(const std::vector<Contacts::Block>& blocks, double c_d, double c_k,
-                           const std::vector<std::uint8_t>& held, BlockMatrix& a);
+  void add_contacts(const BodyState& state, double c_d, double c_k, const std::vector<std::uint8_t>& held, BlockMatrix& a) const;
 
   const LumpedBody* body_;
   Vector masses_;
@@ -70,6 +77,7 @@ class Dynamics {
   Hexahedra hexahedra_;
   Relaxation relaxation_;
   Contacts contacts_;
+  Sutures sutures_;
 };
 
 /// Sets the rows of held nodes to zero.

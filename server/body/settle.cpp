@@ -80,7 +80,8 @@ class Search {
     rounding_n_ = kOfForces * most * found_.state.x.cwiseAbs().maxCoeff();
   }
 
-  /// As far along dx as the energy falls; where bodies meet, whose forces are not quite those of a potential, or the force.
+  /// As far along dx as the energy falls; where bodies meet or threads slide, whose forces are not quite those of a potential, or
+  /// the force.
   bool descend() {
     constexpr double kEnough = 1e-4, kRounding = 1e-12, kNearer = 0.9;
     const BodyState from = found_.state;
@@ -110,7 +111,7 @@ class Search {
   BlockMatrix matrix_;
   Equilibrium found_;
   Vector f_, dx_;
-  bool meets_ = !dynamics_->body().members.empty();
+  bool meets_ = !dynamics_->body().members.empty() || !dynamics_->sutures().empty();
   double edge_m_ = mean_edge_m(dynamics_->body());
   double h_s_ = kFirstS, energy_ = 0, rounding_j_ = 0, rounding_n_ = 0;
 };
@@ -128,7 +129,7 @@ Equilibrium find_equilibrium(const Dynamics& dynamics, const BodyState& from) {
   relaxed.relaxation.clear();
   for (SolidMaterial& material : relaxed.materials) material.young_pa *= dynamics.relaxation().left();
   const Dynamics slow(relaxed);
-  Equilibrium equilibrium = Search(slow, {from.time_s, from.x, from.v, nullptr}).run();
+  Equilibrium equilibrium = Search(slow, {.time_s = from.time_s, .x = from.x, .v = from.v, .sutures = from.sutures}).run();
   dynamics.relaxation().relax_fully(equilibrium.state);
   return equilibrium;
 }

@@ -16,7 +16,8 @@ Stillness::Stillness(const Dynamics& dynamics, double softest_1_s2, Vector rest)
 
 /// Returns q^T K q, or a bound of it.
 double Stillness::unbalanced(const BodyState& state) {
-  const BodyState still{state.time_s, state.x, Vector::Zero(state.x.size()), state.history, nullptr, state.anchors};
+  const BodyState still{state.time_s,  state.x,      Vector::Zero(state.x.size()), state.history, nullptr,
+                        state.anchors, state.sutures};
   dynamics_->forces(still, f_);
   const double now = unbalanced_by(state.x);
   const Relaxation& relaxation = dynamics_->relaxation();

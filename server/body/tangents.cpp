@@ -50,6 +50,7 @@ void Tangents::take(const BodyState& state) {
   dynamics_->hexahedra().find_tangents(state, hexahedra_);
   history_ = state.history;
   contacts_ = dynamics_->contacts().tangents(state);
+  threads_ = dynamics_->sutures().tangents(state);
 }
 
 void Tangents::assemble(double c_m, double c_d, double c_k, const std::vector<std::uint8_t>& held, bool clamp,
@@ -128,6 +129,17 @@ void Tangents::add_products(const std::vector<NodeLanes>& in, double c_k, double
     for (const auto& [node, weight] : contact.nodes) {
       add_block(weight * c_k * contact.stiffness, moved, k[node]);
       add_block(weight * c_d * contact.damping, moved, d[node]);
+    }
+  }
+  for (const Sutures::Block& thread : threads_) {
+    ColumnLanes moved{};
+    for (const auto& [node, y] : thread.y)
+      moved += y[0] * lanes(in[node].x) + y[1] * lanes(in[node].y) + y[2] * lanes(in[node].z);
+    moved *= c_k * thread.stiffness_n_m;
+    for (const auto& [node, y] : thread.y) {
+      lanes(k[node].x) += y[0] * moved;
+      lanes(k[node].y) += y[1] * moved;
+      lanes(k[node].z) += y[2] * moved;
     }
   }
 }

@@ -40,6 +40,7 @@ class Tangents {
   std::vector<ElementTangent<HexaShape>> hexahedra_;
   std::shared_ptr<const StressHistory> history_;
   std::vector<Contacts::Block> contacts_;
+  std::vector<Sutures::Block> threads_;
 };
 
 }  // namespace palpate

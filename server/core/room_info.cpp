@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "server/core/scene_hash.hpp"
+#include "server/room/drawn_threads.hpp"
 #include "server/scene/tools.hpp"
 
 namespace palpate {
@@ -65,6 +66,18 @@ std::vector<std::uint32_t> vertices_of(const std::vector<Triangle>& triangles, c
   return vertices;
 }
 
+void add_threads(const LumpedBody& body, RoomInfo& facts) {
+  const DrawnThreads threads(body);
+  std::vector<Vec3> rest;
+  threads.append(rest);
+  const auto first = static_cast<std::uint32_t>(facts.mesh.vertices.size());
+  for (std::uint32_t k = 0; k < rest.size(); ++k) {
+    facts.vertex_of.push_back(static_cast<std::uint32_t>(body.vertices()) + k);
+    facts.mesh.vertices.push_back({.rest = rest[k].unaryExpr(&to_rest_step), .thread = true});
+  }
+  for (const Triangle& t : threads.triangles(first)) facts.mesh.triangles.push_back(t);
+}
+
 }  // namespace
 
 MeshVertex drawn_vertex(const LumpedBody& body, std::uint32_t vertex, const Vec3& rest) {
@@ -84,6 +97,7 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
     facts.mesh.vertices.push_back(drawn_vertex(body, vertex, rest[vertex]));
   }
   for (const Triangle& t : triangles) facts.mesh.triangles.push_back({place_of[t[0]], place_of[t[1]], place_of[t[2]]});
+  add_threads(body, facts);
   facts.mesh_hash = mesh_hash(facts.mesh);
   facts.coupling_n_m = scene.tool.contact_stiffness_n_m;
   for (const auto& part : body.parts) {

@@ -27,7 +27,7 @@ bool same_contacts(const std::vector<ToolPort>& before, const std::vector<ToolPo
 }
 
 bool touches(const std::vector<ToolPort>& ports) {
-  return std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
+  return std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.in_contact(); });
 }
 
 /// Conjugate gradients where it does not pay to factorise.
@@ -83,7 +83,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
         return report;
       }
       dynamics_->relaxation().relax(left, state);
-      dynamics_->contacts().follow(state);
+      dynamics_->follow(state);
       find_holding_forces(*dynamics_, state, ports);
       ++report.steps;
       return report;
@@ -101,7 +101,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     if (touched || touched_) touched_left_ -= report.newton_iterations - iterations_before;
     if (end == StepEnd::done) {
       relaxation.relax(h / 2, state);
-      dynamics_->contacts().follow(state);
+      dynamics_->follow(state);
       find_holding_forces(*dynamics_, state, ports);
       ++report.steps;
       h_try = std::min(step_s, 2 * h_try);
@@ -123,7 +123,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
       return report;
     }
     relaxation.relax(h, state);
-    dynamics_->contacts().follow(state);
+    dynamics_->follow(state);
     ++report.steps;
     h_try = h;
     most_j.reset();
@@ -161,7 +161,9 @@ bool Integrator::damped_step(BodyState& state, std::vector<ToolPort>& ports, dou
   for (std::size_t k = 0; k < ports.size(); ++k) points[k] = tools(k, stage.end_s).position;
   state.v.setZero();
   hold_nodes(stage, ports, points, state);
+  hold_threads(ports, points, state);
   newton(stage, points, state, ports, report);
+  pull_hands(state, ports);
   matrix_a_ = 0;
   state.time_s = stage.end_s;
   return is_sound(state);
@@ -170,9 +172,21 @@ bool Integrator::damped_step(BodyState& state, std::vector<ToolPort>& ports, dou
 void Integrator::total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const {
   dynamics_->forces(state, f);
   for (const ToolPort& p : ports) {
-    if (p.kind != ContactKind::touch || !p.touching) continue;
+    if (!p.in_contact()) continue;
     scatter(weights_of(*skin_, p), p.lambda, f);
   }
+}
+
+/// Puts the ends of threads where the hands are.
+void Integrator::hold_threads(const std::vector<ToolPort>& ports, const std::vector<Vec3>& tool_points, BodyState& state) const {
+  for (std::size_t k = 0; k < ports.size(); ++k)
+    if (ports[k].suture) dynamics_->sutures().hold(state, *ports[k].suture, tool_points[k]);
+}
+
+/// Sets what the threads that hands hold pull with.
+void Integrator::pull_hands(const BodyState& state, std::vector<ToolPort>& ports) const {
+  for (ToolPort& port : ports)
+    if (port.suture) port.lambda = dynamics_->sutures().pull_to_hand(state, *port.suture);
 }
 
 void Integrator::start_held(const std::vector<ToolPort>& ports, const ToolMotion& tools, double end_s, BodyState& state) const {
@@ -221,6 +235,7 @@ Integrator::StepEnd Integrator::step(BodyState& state, std::vector<ToolPort>& po
       ports[k].needle.edge = tool.edge;
     }
     hold_nodes(stage, ports, points, state);
+    hold_threads(ports, points, state);
     if (!newton(stage, points, state, ports, report)) return StepEnd::failed;
     // A tool that ended up inside the surface touched it during this stage: solve again, now with the contact.
     const bool begins = begin_contacts(points, state, ports);
@@ -230,7 +245,8 @@ Integrator::StepEnd Integrator::step(BodyState& state, std::vector<ToolPort>& po
   };
 
   total_forces(state, ports, f_);
-  if (throws_over(f_, a) && !touches(ports)) {
+  const bool pulled = std::ranges::any_of(ports, [](const ToolPort& p) { return p.suture.has_value(); });
+  if (!pulled && throws_over(f_, a) && !touches(ports)) {
     trend_.resize(0);
     ++report.cut_steps;
     return damped_step(state, ports, h, tools, report) ? StepEnd::done : StepEnd::failed;
@@ -250,6 +266,7 @@ Integrator::StepEnd Integrator::step(BodyState& state, std::vector<ToolPort>& po
   state.v += (1 - gamma) / gamma * (v1 - v0);
   if (const StepEnd end = run(stage); end != StepEnd::done) return end;
   trend_ = (state.v - v1) / ((1 - gamma) * h);
+  pull_hands(state, ports);
 
   state.time_s = t0 + h;
   return is_sound(state) ? StepEnd::done : StepEnd::failed;

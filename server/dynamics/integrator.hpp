@@ -25,9 +25,9 @@
 // is that of the way it went, wherever inside the step a quantised reading jumped. touch: lambda comes from the contact law
 // (contact_law.hpp) with p_free the point's end-of-stage position at lambda = 0 and C = a^2 B^T A^-1 B, and once more with the
 // point and normal that the tool slides to in the stage. A needle in the body has contacts on its path instead
-// (needle_ports.hpp). A contact that no hand could hold (is_lost()) ends. A tool
-// that is still inside touches again where it now is. A step in which a contact begins or ends is redone in pieces of at most
-// event_step_s. The tool's own samples drive every stage.
+// (needle_ports.hpp). A hand that holds the end of a thread moves that end (sutures.hpp). A contact that no hand could hold
+// (is_lost()) ends. A tool that is still inside touches again where it now is. A step in which a contact begins or ends is redone
+// in pieces of at most event_step_s. The tool's own samples drive every stage.
 //
 // Source: Bank, Coughran, Fichtner, Grosse, Rose and Smith, IEEE Trans. Electron Devices 32 (1985), also in IEEE Trans. CAD 4;
 // analysis with this gamma, for which both stages have one matrix: Hosea and Shampine, Appl. Numer. Math. 20 (1996).
@@ -119,6 +119,8 @@ class Integrator final : public Stepper {
                    AdvanceReport& report);
   bool begin_contacts(const std::vector<Vec3>& tool_points, const BodyState& state, std::vector<ToolPort>& ports) const;
   void total_forces(const BodyState& state, const std::vector<ToolPort>& ports, Vector& f) const;
+  void hold_threads(const std::vector<ToolPort>& ports, const std::vector<Vec3>& tool_points, BodyState& state) const;
+  void pull_hands(const BodyState& state, std::vector<ToolPort>& ports) const;
   void start_held(const std::vector<ToolPort>& ports, const ToolMotion& tools, double end_s, BodyState& state) const;
   void hold_nodes(const Stage& stage, const std::vector<ToolPort>& ports, const std::vector<Vec3>& tool_points,
                   BodyState& state) const;

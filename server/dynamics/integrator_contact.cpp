@@ -64,7 +64,7 @@ void Integrator::close_ports(const Stage& stage, const std::vector<Vec3>& tool_p
   // dv is the answer to the forces so far.
   std::vector<std::size_t> touching;
   for (std::size_t k = 0; k < ports.size(); ++k)
-    if (ports[k].kind == ContactKind::touch && ports[k].touching) touching.push_back(k);
+    if (ports[k].in_contact()) touching.push_back(k);
   update_responses(ports, touching, state.x, report);
   couple(touching, stage.a);
   std::vector<SweptContact> contacts;

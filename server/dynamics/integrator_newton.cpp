@@ -28,7 +28,7 @@ bool Integrator::refresh_matrix(const BodyState& state, double a, bool indefinit
 std::vector<Vec3> Integrator::normals_of(const std::vector<ToolPort>& ports, const Vector& x) const {
   std::vector<Vec3> normals(ports.size(), Vec3::UnitZ());
   for (std::size_t k = 0; k < ports.size(); ++k)
-    if (ports[k].kind == ContactKind::touch && ports[k].touching)
+    if (ports[k].in_contact())
       normals[k] = ports[k].on_path() ? along_path(ports[k], x) : normal_at(skin_->view(), skin_positions_, ports[k].point);
   return normals;
 }
@@ -37,7 +37,7 @@ void Integrator::finish_contacts(const std::vector<Vec3>& tool_points, const std
                                  std::vector<ToolPort>& ports) {
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
-    if (port.kind != ContactKind::touch || !port.touching) continue;
+    if (!port.in_contact()) continue;
     if (port.on_path()) {
       const Vec3 gap = joined_point(port, tool_points[k]) - position_of(*skin_, port, responses_[k].b, state.x);
       if (is_lost(port, gap.norm(), spacing_m_))
@@ -61,7 +61,7 @@ bool Integrator::slide_on(std::vector<Vec3>& slips, const BodyState& state, std:
   bool any = false;
   for (std::size_t k = 0; k < ports.size(); ++k) {
     ToolPort& port = ports[k];
-    if (port.kind != ContactKind::touch || !port.touching || !(slips[k].norm() > kSlipToleranceM)) continue;
+    if (!port.in_contact() || !(slips[k].norm() > kSlipToleranceM)) continue;
     if (!any) skin_->place(state.x, skin_positions_);
     any = true;
     if (port.on_path())
@@ -83,8 +83,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   constexpr double kOvershoot = 0.5, kLeastShare = 0.1;
   const double a = stage.a;
   place(stage, state);
-  const bool contact =
-      std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.kind == ContactKind::touch && p.touching; });
+  const bool contact = std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.in_contact(); });
   if (contact) skin_->place(state.x, skin_positions_);
   std::vector<Vec3> normals = normals_of(ports, state.x);
   std::vector<Vec3> slips(ports.size(), Vec3::Zero());

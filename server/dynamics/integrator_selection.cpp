@@ -70,6 +70,7 @@ ChosenStepper chosen(Candidate candidate, const std::string& why) {
 /// Returns why explicit steps would not do for the scene, whatever its body is; null: they would.
 const char* needs_implicit(const Scene& scene) {
   if (scene.tool.needle) return "a needle is for implicit steps";
+  if (!scene.body.sutures.empty()) return "a thread is for implicit steps";
   return scene.tearing ? "a tear is for implicit steps" : nullptr;
 }
 

@@ -57,12 +57,14 @@ std::optional<NeedleInBody> needle_in_body(const ToolPort& port) {
 }
 
 NodeWeights weights_of(const Skin& skin, const ToolPort& port) {
+  if (port.suture) return *port.bite;
   if (!port.on_path()) return skin.weights(port.point);
   if (port.needle.part == NeedlePart::shaft) return shaft_point(port).b;
   return port.needle.path->weights(port.needle.tip.depth_m);
 }
 
 Vec3 position_of(const Skin& skin, const ToolPort& port, const NodeWeights& b, const Vector& x) {
+  if (port.suture) return gather(b, x);
   if (!port.on_path()) return skin.position(port.point, b, x);
   return port.needle.part == NeedlePart::shaft ? shaft_point(port).position(x) : tip_place(port.needle, x).at;
 }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/base/thread_pool.hpp"
@@ -38,8 +39,12 @@ struct ToolPort {
   Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
   Clearance clearance;           ///< touch: while it does not
   NeedlePort needle;
-  /// Returns true if its contact is on a needle's path in the body.
-  bool on_path() const { return needle.part == NeedlePart::shaft || needle.tip.inside; }
+  std::optional<std::uint32_t> suture = {};  ///< whose end the tool holds: its force is that of Dynamics, at `bite`
+  std::shared_ptr<const NodeWeights> bite;   ///< the last of the suture
+  /// Returns true if it is not on the surface, but on a needle's path in the body or at the bite of a thread.
+  bool on_path() const { return needle.part == NeedlePart::shaft || needle.tip.inside || suture; }
+  /// Returns true if its contact with the body is closed in each step.
+  bool in_contact() const { return kind == ContactKind::touch && touching && !suture; }
   /// Returns the lowest point of the sphere around `centre` over a surface with this normal.
   Vec3 lowest(const Vec3& centre, const Vec3& normal) const { return centre - sphere.radius_m * normal; }
 };

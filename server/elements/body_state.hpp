@@ -10,6 +10,7 @@ namespace palpate {
 
 struct StressHistory;
 struct ContactAnchors;
+struct SutureState;
 
 /// Forces on the nodes that hold together what a cut has parted, and fade: load exp(-(t - begin) / fade)
 /// (docs/decisions/0081-a-live-blade.md).
@@ -28,6 +29,7 @@ struct BodyState {
       nullptr;  ///< of a solid whose stress relaxes (relaxation.hpp); null: nothing has relaxed yet
   std::shared_ptr<const Traction> traction = nullptr;       ///< of a body that was cut lately
   std::shared_ptr<const ContactAnchors> anchors = nullptr;  ///< of friction (contacts.hpp); null: nothing touches
+  std::shared_ptr<const SutureState> sutures = nullptr;     ///< lengths of threads (sutures.hpp); null: there are none
 };
 
 inline auto at_node(const Vector& y, std::uint32_t node) { return y.segment<3>(3 * static_cast<Eigen::Index>(node)); }

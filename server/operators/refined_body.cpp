@@ -11,7 +11,8 @@ namespace palpate {
 bool RefinedBody::suits(const Dynamics& dynamics) {
   const LumpedBody& body = dynamics.body();
   const bool is_solid = body.elements.empty() && body.is_solid();
-  return dynamics.nodes() >= kNodesLeast && !body.planar && body.members.empty() && (is_solid || SpringBlocks::covers(body));
+  return dynamics.nodes() >= kNodesLeast && !body.planar && body.members.empty() && body.sutures.empty() &&
+         (is_solid || SpringBlocks::covers(body));
 }
 
 RefinedBody::RefinedBody(const Dynamics& dynamics) : dynamics_(&dynamics), far_(dynamics), coarse_(dynamics, kCoarsePieces) {

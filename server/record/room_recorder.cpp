@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/record/resume.hpp"
+#include "server/room/drawn_threads.hpp"
 
 namespace palpate {
 namespace {
@@ -160,10 +161,17 @@ void RoomRecorder::tick(const ServerCore& core, Micros now) {
 
 RecordedSurface recorded_surface(const Scene& scene) {
   const LumpedBody& body = scene.body;
-  RecordedSurface surface = recorded_surface(vertices_at_rest(body), body.triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
+  const DrawnThreads threads(body);
+  std::vector<Vec3> rest = vertices_at_rest(body);
+  threads.append(rest);
+  std::vector<Triangle> triangles = body.triangles;
+  for (const Triangle& t : threads.triangles(static_cast<std::uint32_t>(body.vertices()))) triangles.push_back(t);
+  RecordedSurface surface = recorded_surface(rest, triangles, facts_of(scene, Vec3::Zero()).mesh_hash);
   surface.body_nodes = static_cast<std::uint32_t>(body.nodes.size());
-  for (std::size_t k = 0; k < surface.nodes.size(); ++k)
-    surface.marks[k] = mark_of(drawn_vertex(body, surface.nodes[k], surface.rest[k]));
+  for (std::size_t k = 0; k < surface.nodes.size(); ++k) {
+    const bool thread = surface.nodes[k] >= body.vertices();
+    surface.marks[k] = thread ? kThreadMark : mark_of(drawn_vertex(body, surface.nodes[k], surface.rest[k]));
+  }
   return surface;
 }
 

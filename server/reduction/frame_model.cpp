@@ -209,7 +209,7 @@ const Vector& BodyFrame::total() {
   if (!total_) {
     total_ = forces();
     for (const ToolPort& p : frame_->ports())
-      if (p.kind == ContactKind::touch && p.touching) scatter(weights(p), p.lambda, *total_);
+      if (p.in_contact()) scatter(weights(p), p.lambda, *total_);
     mask(held_, *total_);
   }
   return *total_;

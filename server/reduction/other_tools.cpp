@@ -60,7 +60,7 @@ OtherTools other_tools(FrameModel& frame, const SharedSystem& p, std::size_t whi
         others.shaft.push_back({&p.port(k), k});
       else if (port.touching || frame.is_wanted(k))
         own.emplace_back(port.touching ? -port.lambda.norm() : frame.gap(k).norm(), k);
-    } else if (port.on_path() && port.touching) {
+    } else if (port.on_path() && port.in_contact()) {
       add_load(k);
     } else if (frame.will_touch(k, horizon)) {
       found.emplace_back(-coupling(p.port(which), p.port(k)), k);

@@ -8,6 +8,7 @@
 #include "server/reduction/fit_nonlinear_terms.hpp"
 #include "server/reduction/patch_parts.hpp"
 #include "server/reduction/response_snapshots.hpp"
+#include "server/reduction/suture_loads.hpp"
 #include "server/sampling/nonlinear_elements.hpp"
 
 namespace palpate {
@@ -74,7 +75,9 @@ int modes_beside(const LinearPort& model) {
   const PatchRequest& request = model.request;
   int modes = std::min(modes_for(request.scheme, model.tool_port().kind, request.order), request.modes_max);
   const OtherTools& others = model.others;
-  if (model.grasp() || (others.contacts.empty() && others.shaft.empty() && others.load_rate.size() == 0)) return modes;
+  if (model.grasp() ||
+      (others.contacts.empty() && others.shaft.empty() && others.load_rate.size() == 0 && !model.tool_port().suture))
+    return modes;
   // A triangle if terms carry more, else enough for the tool to move about between frames.
   const int least = model.hyper() || model.tool_port().on_path() ? 3 : 6;
   const PatchContacts contacts = contacts_of(model);
@@ -98,7 +101,8 @@ RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
     loads.port.col(push) = w.transpose() * together[k].load;
     loads.most_m[push] = together[k].most_m;
   }
-  if (model.tool_port().touching) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
+  if (model.suture.force.size() > 0) loads.own += w.transpose() * model.suture.force;
+  if (model.tool_port().in_contact()) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
   const auto add_own = [&](const OtherTools::Contact& other) {
     const ToolPort& port = model.frame.ports()[other.tool];
     for (std::size_t axis = 0; axis < 3 && port.touching; ++axis)
@@ -167,6 +171,10 @@ std::optional<Reduced> set_modes(const LinearPort& model, Basis basis, BuiltPatc
     return Reduced{std::move(basis.v), Vector(), Matrix(0, basis.coordinates.cols()), std::move(basis.snapshots)};
   }
   assert(basis.on_v.k.rows() == r && basis.on_v.d.rows() == r);
+  for (const SutureLoads::Part& part : model.suture.stiffness) {
+    const Vector y = basis.v.transpose() * part.y;
+    basis.on_v.k -= part.stiffness_n_m * y * y.transpose();
+  }
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(0.5 * (basis.on_v.k + basis.on_v.k.transpose()));
   if (eigen.info() != Eigen::Success) return std::nullopt;
   const Matrix& rotation = eigen.eigenvectors();
@@ -227,6 +235,8 @@ bool build_on(FrameModel& frame, BodyFrame& body, std::size_t which, const Patch
   model.residual = body.forces();
   mask(*model.at.held, model.residual);
   if (model.others.load.size() > 0) model.residual += model.others.load;
+  if (!tangent) model.suture = suture_loads(frame, model.at, *p, which);
+  if (model.suture.force.size() > 0) model.residual -= model.suture.force;
   Reduced reduced{Matrix(model.at.masses().size(), 0), Vector()};
   if (!tangent) {
     auto found = reduce(model, made);

@@ -10,6 +10,25 @@
 
 namespace palpate {
 
+/// A load of all contacts of a tool with a body, as of one that moves without deforming: along an axis, the mean of B_j e_i, or
+/// about one through the middle of the contacts, the mean of B_j (e_i x r_j) / L_i, with L_i the root mean square of |e_i x r_j|;
+/// or, for `hyper`, of jaws that close, along the inward normals of their contacts; and P^-1 of it. Its work per unit is the mean
+/// displacement of the contacts along it, `most_m` at most as a hand turns it.
+struct ToolLoad {
+  Vector load, response;
+  double most_m = 0;
+};
+/// Those of the thread that a tool holds, and its stiffness, sum k y y^T (suture_loads.hpp).
+struct SutureLoads {
+  struct Part {
+    Vector y;
+    double stiffness_n_m = 0;
+  };
+  Vector force;  ///< empty: it holds none
+  std::vector<Part> stiffness;
+  std::vector<ToolLoad> spans;  ///< of a pull of 1 N in each span
+};
+
 /// The linearised body under a port, with the other tools on it.
 struct LinearPort {
   FrameModel& frame;
@@ -19,7 +38,8 @@ struct LinearPort {
   const PatchRequest& request;
   Linearisation at;  ///< with the coordinates that P holds
   OtherTools others;
-  Vector residual = {};  ///< F* of its coordinates, with the loads of other tools; zero for held ones
+  Vector residual = {};     ///< F* of its coordinates, with the loads of other tools; zero for held ones
+  SutureLoads suture = {};  ///< not in the residual
 
   const ToolPort& tool_port() const { return frame.ports()[which]; }
   const ToolAt& tool() const { return frame.tool(which); }
@@ -31,8 +51,10 @@ struct LinearPort {
 /// Contacts of the patch besides the port's.
 inline PatchContacts contacts_of(const LinearPort& model) {
   const std::shared_ptr<const NeedlePath>& path = model.tool_port().needle.path;
-  return {static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
-          model.others.shaft.empty() ? 0 : path->layers.count, model.frame.has_jaws(model.which)};
+  PatchContacts contacts{static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
+                         model.others.shaft.empty() ? 0 : path->layers.count, model.frame.has_jaws(model.which)};
+  if (const auto& suture = model.tool_port().suture) contacts.bites = model.frame.dynamics().body().sutures[*suture].law.bites;
+  return contacts;
 }
 
 /// The modes of a patch.
@@ -43,16 +65,8 @@ struct Reduced {
   SnapshotSet snapshots = {};
 };
 
-/// A load of all contacts of a tool with a body, as of one that moves without deforming: along an axis, the mean of B_j e_i, or
-/// about one through the middle of the contacts, the mean of B_j (e_i x r_j) / L_i, with L_i the root mean square of |e_i x r_j|;
-/// or, for `hyper`, of jaws that close, along the inward normals of their contacts; and P^-1 of it. Its work per unit is the mean
-/// displacement of the contacts along it, `most_m` at most as a hand turns it.
-struct ToolLoad {
-  Vector load, response;
-  double most_m = 0;
-};
-/// port_responses.cpp: none of a tool with one contact. Those of a needle are followed by one along its axis at each point of its
-/// path, where its tip may get.
+/// port_responses.cpp: none of a tool with one contact; of a thread those of its spans. Those of a needle are followed by one
+/// along its axis at each point of its path, where its tip may get.
 std::vector<ToolLoad> wrenches(const LinearPort& model);
 /// port_responses.cpp: returns the first Krylov directions, for `hyper` the snapshots of the port, and the slides of a touch.
 KrylovStart krylov_start(const LinearPort& model);

@@ -7,6 +7,7 @@
 #include "server/reduction/patch_parts.hpp"
 #include "server/reduction/port_surface.hpp"
 #include "server/reduction/psd_projection.hpp"
+#include "server/reduction/suture_loads.hpp"
 
 namespace palpate {
 namespace {
@@ -122,6 +123,7 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
     patch.c_static = residual_compliance(model.port(), model.p.shift(), rows_of(model.port(), v), patch);
   add_contacts(model, v, patch);
   if (!model.others.shaft.empty()) add_needle_path(model, v, patch.needle);
+  if (port.suture) add_suture(model, v, patch.suture);
   frame.enter(BuildPhase::other);
   const bool with_terms = made.terms.variables > 0;
   const double ahead_s = (with_terms ? kContactDistanceRatio : 1.0) * seconds(request.horizon);
@@ -130,7 +132,7 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
     paths.push_back({frame.ports()[own.tool].point, ahead_s * frame.tool(own.tool).velocity});
   const SurfacePiece first = cut_port_surface(
       frame.skin(), frame.positions(), [&](std::uint32_t node) { return model.at.body->rows(node, v); }, paths, vertices,
-      with_terms ? kMaxPortVertices : vertices, patch);
+      with_terms && !port.suture ? kMaxPortVertices : vertices, patch);
   if (port.touching && !port.on_path())  // the instant part has yielded already at the stamp
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;

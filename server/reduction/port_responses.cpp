@@ -26,7 +26,7 @@ Matrix prescribed_motion(const LinearPort& model) {
 }
 
 std::vector<ToolLoad> wrenches(const LinearPort& model) {
-  std::vector<ToolLoad> all;
+  std::vector<ToolLoad> all = model.suture.spans;
   if (model.others.own == 0 && model.others.shaft.empty()) return all;
   struct At {
     const Port* port;
@@ -89,7 +89,9 @@ KrylovStart krylov_start(const LinearPort& model) {
   KrylovStart start{{port.response.begin(), port.response.end()}, {}, model.p.residual(), {}};
   if (needs_motion(model.request, model.tool_port().kind)) start.motion = model.p.motion();
   if (model.grasp()) return start;
-  if (model.hyper() || !port.slides.empty()) {
+  if (!model.suture.spans.empty()) {
+    start.fine = {model.suture.spans.back().load.cwiseQuotient(model.at.masses())};
+  } else if (model.hyper() || !port.slides.empty()) {
     const Vec3 inwards = -model.frame.normal(model.which);
     Vector push = Vector::Zero(model.at.masses().size());
     for (std::size_t axis = 0; axis < 3; ++axis) push += inwards[static_cast<Eigen::Index>(axis)] * port.input[axis];
@@ -119,6 +121,10 @@ SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
       const double moved = gather(port.b, x)[axis];
       snapshots.add(SnapshotKind::port_response, x, moved > 0 ? far[axis] / moved : 1);  // 1 if the body is fixed
     }
+  }
+  for (const ToolLoad& span : model.suture.spans) {
+    const double moved = span.load.dot(span.response);
+    if (moved > 0) snapshots.add(SnapshotKind::slide, span.response, far.norm() / moved);
   }
   if (model.grasp() || model.tool_port().on_path()) return snapshots;
   const IndentationRequest request{model.frame.skin().weights(model.tool_port().point), start.ports,

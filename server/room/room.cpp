@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "server/room/drawn_threads.hpp"
 #include "server/room/frame_patches.hpp"
 #include "server/room/nodal_fields.hpp"
 #include "server/room/stepped_body.hpp"
@@ -16,10 +17,12 @@ constexpr double kHomeHeightM = 0.020;  // above the top of the body: clear of i
 }  // namespace
 
 struct Room::State {
-  explicit State(const Scene& scene, const SteppedBody* like = nullptr) : body(scene, like), patches(body) {
+  explicit State(const Scene& scene, const SteppedBody* like = nullptr)
+      : body(scene, like), threads(body.scene().body), patches(body) {
     if (scene.is_cut_live()) surface.emplace(scene.body);
   }
   SteppedBody body;
+  DrawnThreads threads;
   std::optional<LiveSurface> surface;  // of one that may be cut
   FramePatches patches;
 };
@@ -93,15 +96,19 @@ FrameResult Room::simulate(const FrameJob& job) {
   }
   result.stamp = job.target;
   result.asleep = body.asleep();
+  if (!state_->threads.empty()) state_->threads.advance(body.dynamics(), body.state());
   if (job.shapes) {
     const std::vector<double> x = body.skin().place(body.state().x);
     for (std::uint32_t i = 0; 3 * std::size_t{i} < x.size(); ++i) result.positions.emplace_back(vertex(x, i));
+    state_->threads.append(result.positions);
   }
   if (job.state) result.state = body.state();
   result.cuts = body.cuts();
   for (const ShapeChannel which : {ShapeChannel::tension, ShapeChannel::stress, ShapeChannel::strain, ShapeChannel::pressure})
     if (job.asks_for(which))
       result.fields[index_of(which)] = at_vertices(body.scene().body, nodal_field(body.dynamics(), body.state(), which));
+  for (std::vector<float>& field : result.fields)
+    if (!field.empty()) field.resize(field.size() + state_->threads.vertices(), 0.0F);
   if (!state_->surface) return result;
   result.surface = state_->surface->now();
   if (job.shapes) result.positions = state_->surface->by_number(result.positions, [](const Vec3& rest) { return rest; });

@@ -88,7 +88,7 @@ struct StationFrame {
 struct FrameResult {
   Micros stamp{};  ///< time up to which the body was simulated, server clock
   std::vector<StationFrame> stations;
-  std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes), if requested
+  std::vector<Vec3> positions;                            ///< of the surface vertices (all nodes) and of threads, if requested
   std::array<std::vector<float>, kShapeChannels> fields;  ///< of all nodes (nodal_fields.hpp), by channel, if requested
   std::shared_ptr<const BodySurface> surface;  ///< once the body was cut or tore; the two above are by its numbers then
   std::optional<BodyState> state;              ///< if requested

@@ -67,7 +67,7 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
     if (!report->converged) {
       // Continues from the last good shape, at rest and released: one frame that does not converge must not stop the room.
       body_.v.setZero();
-      for (ToolPort& port : ports_) port.touching = false, port.clearance = {}, port.lambda.setZero();
+      for (ToolPort& port : ports_) port.touching = port.suture.has_value(), port.clearance = {}, port.lambda.setZero();
       body_.time_s = seconds(job.target);
     }
   }
@@ -105,11 +105,11 @@ void SteppedBody::fall_asleep() {
   if (asleep_) body_.v.setZero();
 }
 
-/// Returns true if a tool that does not touch may meet the body, where it is, before `until`.
+/// Returns true if a tool holds the body or a thread, or may meet the body, where it is, before `until`.
 bool SteppedBody::may_meet(std::size_t k, Micros until) const {
   assert(k < ports_.size());
   constexpr double kStrayMarginM = 0.001;  // a hand strays less between two checks
-  if (ports_[k].kind == ContactKind::attach) return true;
+  if (ports_[k].kind == ContactKind::attach || ports_[k].suture) return true;
   const Vec3 from = tool(k, time()).position;
   double way_m = (tool(k, until).position - from).norm();
   for (Micros t = time(); t < until; t += kTick) way_m = std::max(way_m, (tool(k, t).position - from).norm());

@@ -47,10 +47,16 @@ void SteppedBody::sync_ports(const FrameJob& job) {
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
+    if (scene_.tool.holds && std::ranges::none_of(ports_, [](const ToolPort& p) { return p.suture.has_value(); })) {
+      ports_.push_back(suture_port(scene_.body, *scene_.tool.holds, port));
+      continue;
+    }
     std::vector<ToolPort> parts = parts_of(scene_.tool.shape, tissue_.get(), port);
     if (j.needle && tissue_) put_in_body(*j.needle, parts);
     ports_.insert(ports_.end(), parts.begin(), parts.end());
   }
+  if (scene_.tool.holds && std::ranges::none_of(ports_, [](const ToolPort& p) { return p.suture.has_value(); }))
+    dynamics_->sutures().hold(body_, *scene_.tool.holds, std::nullopt);
 }
 
 void SteppedBody::predict_paths() {
@@ -107,6 +113,7 @@ void SteppedBody::reset() {
   body_.x = rest_.x;
   body_.history = rest_.history;
   body_.anchors = rest_.anchors;
+  body_.sutures = rest_.sutures;
   body_.v.setZero();
   asleep_ = false;
 }

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include "common/base/grasp_reach.hpp"
@@ -38,6 +39,14 @@ inline std::vector<ToolPort> parts_of(const ToolShape& shape, const NeedleTissue
     parts[k].sphere = shape[k];
   }
   return parts;
+}
+
+/// Returns the port of a tool that holds the end of a suture; `port`: what all have.
+inline ToolPort suture_port(const LumpedBody& body, std::uint32_t suture, ToolPort port) {
+  port.suture = suture;
+  port.bite = std::make_shared<const NodeWeights>(body.sutures[suture].bites.back());
+  port.touching = true;
+  return port;
 }
 
 /// Returns force and torque of a contact on its tool, about the tool point; `normal`: of the surface there.

@@ -10,6 +10,7 @@
 #include "server/scene/mesh_body.hpp"
 #include "server/scene/parts.hpp"
 #include "server/scene/scene_text.hpp"
+#include "server/scene/sutures.hpp"
 #include "server/scene/task.hpp"
 #include "server/scene/tissue_clips.hpp"
 
@@ -110,6 +111,7 @@ Scene build(const SceneText& text) {
   scene.body.is_loaded = settings.is_loaded;
   scene.body.tissue = settings.tissue;
   if (!settings.cuts.empty()) cut_out(scene, settings, text);
+  add_sutures(scene.body, settings.sutures, text);
   add_parts(scene.body, settings.parts, text);
   return scene;
 }

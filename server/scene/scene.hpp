@@ -99,6 +99,15 @@ struct RigidPart {
   Eigen::AlignedBox3d box;
 };
 
+/// A thread through the body (server/body/sutures.hpp).
+struct Suture {
+  std::string name;
+  double radius_m = 0;  ///< as it is drawn
+  SutureLaw law;
+  std::vector<NodeWeights> bites;  ///< points of the body, each of weights of sum 1
+  OfSpans length_m{};              ///< of its spans and tails before anything moves
+};
+
 /// One of several bodies in a LumpedBody, which may touch the others (server/body/body_contacts.hpp): a solid with its own
 /// surface.
 struct Member {
@@ -133,6 +142,7 @@ struct LumpedBody {
   std::vector<TissueLayer> tissue;  ///< for needles
   std::vector<std::shared_ptr<const RigidPart>> parts;  ///< that it may touch
   std::vector<Member> members;  ///< what touches each other of it; empty: it is one body that does not touch itself
+  std::vector<Suture> sutures;  ///< threads through it
   bool is_loaded = false;       ///< true: gravity holds `nodes` there; they are not the rest shape (server/body/unload.hpp)
 
   bool is_solid() const { return !tetrahedra.empty() || !hexahedra.empty(); }
@@ -178,12 +188,13 @@ struct NeedleSpec {
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;
-  std::uint32_t node = 0;                 ///< attach: index into LumpedBody::nodes
-  double friction = 0.3;                  ///< touch: Coulomb mu
-  double contact_stiffness_n_m = 1000;    ///< touch: contact stiffness k_c between tool and surface
-  double radius_m = 0;                    ///< touch: contact radius of the tip (skin.hpp), 0 = a point
-  ToolShape shape = {};                   ///< touch: body of the tool; empty: a point
-  std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle, or a blade's
+  std::uint32_t node = 0;                   ///< attach: index into LumpedBody::nodes
+  double friction = 0.3;                    ///< touch: Coulomb mu
+  double contact_stiffness_n_m = 1000;      ///< touch: contact stiffness k_c between tool and surface
+  double radius_m = 0;                      ///< touch: contact radius of the tip (skin.hpp), 0 = a point
+  ToolShape shape = {};                     ///< touch: body of the tool; empty: a point
+  std::optional<NeedleSpec> needle = {};    ///< touch: of a point that is the tip of a needle, or a blade's
+  std::optional<std::uint32_t> holds = {};  ///< suture whose end the first hand holds: its tool does not touch
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }
 };

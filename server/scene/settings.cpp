@@ -283,7 +283,7 @@ MemberSettings read_member(const SceneText& text, const schema::BodyT& in) {
   text.in_range("body.mu", in.mu, 0, 2, "");
   out.friction = in.mu;
   out.touches_itself = in.self_contact;
-  for (const char* field : {"body.lump", "body.cuts", "body.tissue", "body.tears", "body.clips"})
+  for (const char* field : {"body.lump", "body.cuts", "body.tissue", "body.tears", "body.clips", "body.sutures"})
     if (text.has(field)) text.refuse(field, std::string(field) + " is given among several bodies", "it in a scene with one body");
   if (choice(text, "body.reference_configuration", in.reference_configuration, kGivenShapeNames, 0) == 1)
     text.refuse("body.reference_configuration", "body.reference_configuration is \"loaded\" among several bodies",
@@ -319,6 +319,7 @@ void read_body(const SceneText& text, SceneSettings& out) {
   read_cuts(text, *in.body, out);
   read_tears(text, *in.body, out);
   read_clips(text, *in.body, out);
+  read_sutures(text, out);
 }
 
 std::vector<MemberSettings> read_members(const SceneText& text) {
@@ -334,7 +335,7 @@ std::vector<MemberSettings> read_members(const SceneText& text) {
       if (out[k].name == out[i].name)
         one.refuse("body.name", "body.name is \"" + out[i].name + "\", as that of a body before", "a name of its own");
   }
-  for (const char* field : {"tool.node", "tool.needle", "tool.blade"})
+  for (const char* field : {"tool.node", "tool.needle", "tool.blade", "tool.holds"})
     if (text.has(field)) text.refuse(field, std::string(field) + " is given with bodies", "it in a scene with one body");
   return out;
 }

@@ -150,6 +150,16 @@ struct TissueClipSettings {
   double radius_m = 0, stiffness_n_m = 0, damping_n_s_m = 0;
 };
 
+/// A thread through the body (sutures.hpp).
+struct SutureSettings {
+  std::string name;
+  double radius_m = 0;
+  std::vector<Vec3> bites_m;
+  double slack_m = 0, first_tail_m = 0, tail_m = 0;
+  bool first_tied = true, last_tied = false, barbed = false;
+  double stiffness_n_m = 0, friction = 0, drag_n = 0;
+};
+
 struct SceneSettings {
   std::string name;
   std::vector<MemberSettings> members = {};  ///< replace the lattice, the mesh and the ligaments below
@@ -166,6 +176,7 @@ struct SceneSettings {
   std::vector<CutSettings> cuts = {};
   bool tears = false;  ///< true: the cuts tear on
   std::vector<TissueClipSettings> clips = {};
+  std::vector<SutureSettings> sutures = {};
   std::optional<TaskSettings> task = {};
   std::vector<PartSettings> parts = {};
 };
@@ -186,6 +197,7 @@ inline constexpr std::array<const char*, 6> kSolidLawNames = {"corotational",   
                                                               "veronda-westmann", "ogden",       "gent"};
 inline constexpr std::array<const char*, 2> kSolidElementNames = {"hexahedron", "tetrahedron"};
 inline constexpr std::array<const char*, 2> kGivenShapeNames = {"stress-free", "loaded"};
+inline constexpr std::array<const char*, 4> kTiedNames = {"first", "last", "both", "none"};
 inline constexpr std::array<const char*, 2> kContactNames = {"attach", "touch"};
 
 }  // namespace palpate

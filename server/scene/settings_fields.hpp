@@ -88,6 +88,8 @@ void read_cuts(const SceneText& text, const schema::BodyT& body, SceneSettings& 
 /// Requires the cuts and the tissue in `out`.
 void read_tears(const SceneText& text, const schema::BodyT& body, SceneSettings& out);
 void read_clips(const SceneText& text, const schema::BodyT& body, SceneSettings& out);
+/// Requires the tool and the cuts in `out`.
+void read_sutures(const SceneText& text, SceneSettings& out);
 /// Defined in parts.cpp.
 std::vector<PartSettings> read_parts(const SceneText& text, const SceneSettings& scene);
 MeshBodySettings read_mesh_body(const SceneText& text, const schema::BodyT& body);

@@ -267,6 +267,25 @@ void add_body(Json& body, const SceneSettings& settings) {
       clips.items.push_back(std::move(item));
     }
   }
+  if (!settings.sutures.empty()) {
+    Json& sutures = body.add("sutures", Json::array());
+    for (const SutureSettings& suture : settings.sutures) {
+      Json item = Json::object();
+      item.add("name", Json::string(suture.name));
+      item.add("radius_m", Json::number(suture.radius_m));
+      add_places(item.add("bites", Json::array()), suture.bites_m);
+      item.add("slack_m", Json::number(suture.slack_m));
+      item.add("first_tail_m", Json::number(suture.first_tail_m));
+      item.add("tail_m", Json::number(suture.tail_m));
+      const std::size_t tied = suture.first_tied ? (suture.last_tied ? 2 : 0) : (suture.last_tied ? 1 : 3);
+      item.add("tied", Json::string(kTiedNames[tied]));
+      item.add("barbed", Json::of(Json::Kind::boolean, suture.barbed ? "true" : "false"));
+      item.add("stiffness_n_m", Json::number(suture.stiffness_n_m));
+      item.add("mu", Json::number(suture.friction));
+      item.add("drag_n", Json::number(suture.drag_n));
+      sutures.items.push_back(std::move(item));
+    }
+  }
   if (!settings.tissue.empty()) {
     Json& tissue = body.add("tissue", Json::array());
     for (const TissueLayer& layer : settings.tissue) {
@@ -340,6 +359,7 @@ Json to_json(const SceneSettings& settings) {
     needle.add("length_m", Json::number(spec.length_m));
     needle.add(spec.is_blade ? "width_m" : "diameter_m", Json::number(spec.width_m));
   }
+  if (settings.tool.holds) tool.add("holds", Json::string(settings.sutures[*settings.tool.holds].name));
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));
   solver.add("integrator", Json::string(kIntegratorNames[static_cast<std::size_t>(settings.integrator)]));

@@ -1,6 +1,9 @@
-// Settings of what holds tissue and what parts it: ligaments, clips, layers of tissue, cuts and tears.
+// Settings of what holds tissue and what parts it: ligaments, clips, sutures, layers of tissue, cuts and tears.
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "common/base/plain_text.hpp"
 #include "server/scene/settings_fields.hpp"
 
 namespace palpate {
@@ -112,6 +115,61 @@ void read_clips(const SceneText& text, const schema::BodyT& body, SceneSettings&
     clip.damping_n_s_m = in.damping_n_s_m;
     out.clips.push_back(clip);
   }
+}
+
+void read_sutures(const SceneText& text, SceneSettings& out) {
+  constexpr std::size_t kMostSutures = 16;
+  const std::string list = "body.sutures", holds = "tool.holds";
+  const schema::SceneT& in = text.values();
+  const auto& sutures = in.body->sutures;
+  if (sutures.size() > kMostSutures)
+    text.refuse(list, fmt::format("{} has {} sutures", list, sutures.size()), fmt::format("at most {}", kMostSutures));
+  if (!sutures.empty() && !out.mesh && !out.lattice.solid)
+    text.refuse(list, list + " is given for springs", "a solid for it: finite elements");
+  if (!sutures.empty() && out.is_loaded)
+    text.refuse(list, list + " is given with a body.reference_configuration of \"loaded\"", "\"stress-free\"");
+  if (!sutures.empty() && out.tears) text.refuse(list, list + " is given with body.tears", "one of them");
+  if (!sutures.empty() && out.tool.needle) text.refuse(list, list + " is given with a needle or a blade", "another tool");
+  for (std::size_t i = 0; i < sutures.size(); ++i) {
+    const schema::SutureT& from = *sutures[i];
+    const std::string path = at(list, i);
+    SutureSettings suture;
+    if (!is_name(from.name)) text.refuse(path + ".name", std::string("1 to 64 bytes of ") + kNameCharacters);
+    suture.name = from.name;
+    for (const SutureSettings& other : out.sutures)
+      if (other.name == from.name)
+        text.refuse(path + ".name", path + ".name is \"" + from.name + "\", as that of a suture before", "a name of its own");
+    if (from.bites.size() < 2 || from.bites.size() > kMaxBites)
+      text.refuse(path + ".bites", fmt::format("{}.bites has {} places", path, from.bites.size()),
+                  fmt::format("2 to {}", kMaxBites));
+    suture.bites_m = places(text, path + ".bites", from.bites);
+    text.in_range(path + ".radius_m", from.radius_m, 1e-5, 0.01, "m");
+    text.in_range(path + ".slack_m", from.slack_m, 0, kMaxThreadM, "m");
+    text.in_range(path + ".first_tail_m", from.first_tail_m, 0, kMaxThreadM, "m");
+    text.in_range(path + ".tail_m", from.tail_m, 0, kMaxThreadM, "m");
+    text.in_range(path + ".stiffness_n_m", from.stiffness_n_m, kMinThreadStiffness_n_m, kMaxThreadStiffness_n_m, "N/m");
+    text.in_range(path + ".mu", from.mu, 0, 2, "");
+    text.in_range(path + ".drag_n", from.drag_n, 0, 10, "N");
+    suture.radius_m = from.radius_m;
+    suture.slack_m = from.slack_m;
+    suture.first_tail_m = from.first_tail_m;
+    suture.tail_m = from.tail_m;
+    const std::size_t tied = choice(text, path + ".tied", from.tied, kTiedNames, 0);
+    suture.first_tied = tied == 0 || tied == 2;
+    suture.last_tied = tied == 1 || tied == 2;
+    suture.barbed = from.barbed;
+    suture.stiffness_n_m = from.stiffness_n_m;
+    suture.friction = from.mu;
+    suture.drag_n = from.drag_n;
+    out.sutures.push_back(std::move(suture));
+  }
+  if (!text.has(holds)) return;
+  const auto held =
+      std::ranges::find_if(out.sutures, [&](const SutureSettings& suture) { return suture.name == in.tool->holds; });
+  if (held == out.sutures.end()) text.refuse(holds, "the name of one of body.sutures");
+  if (out.tool.contact == ContactKind::attach) text.refuse(holds, holds + " is given for a grasp", "a tool.contact of \"touch\"");
+  if (held->last_tied) text.refuse(holds, holds + " is a suture that is tied at its last bite", "one whose end can be pulled");
+  out.tool.holds = static_cast<std::uint32_t>(held - out.sutures.begin());
 }
 
 }  // namespace palpate

@@ -21,7 +21,10 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
     scales_ = source_.scales();
     hues_ = source_.hues();
     closed_ = is_closed(source_.mesh().triangles);
-    gauge_ = DepthGauge(source_.mesh().triangles, source_.rest());
+    tissue_.clear();
+    for (const Triangle& t : source_.mesh().triangles)
+      if (!source_.mesh().vertices[t[0]].thread) tissue_.push_back(t);
+    gauge_ = DepthGauge(tissue_, source_.rest());
     fit(frame);
   }
   hues_.see(moment_.tools);
@@ -29,7 +32,7 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   for (const ToolView& tool : moment_.tools) depths_.push_back(tool.contact ? gauge_.at(tool.position) : 0);
   tool_hues_ = hues_of(moment_.tools, hues_.stations());
   const Shape& shape = moment_.shape;
-  scales_.see(source_.mesh().triangles, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.scalars);
+  scales_.see(tissue_, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.scalars);
   return true;
 }
 
@@ -52,7 +55,7 @@ Caption SceneView::caption(Micros now) {
 }
 
 void SceneView::fit(const Frame& frame) {
-  if (source_.ready()) camera_.fit(source_.mesh().triangles, source_.rest(), frame.aspect, frame.covered);
+  if (source_.ready()) camera_.fit(tissue_, source_.rest(), frame.aspect, frame.covered);
 }
 
 Sight SceneView::sight() const {

@@ -33,6 +33,7 @@ class SceneView {
   ViewMoment moment_;
   Scales scales_;
   Hues hues_;
+  std::vector<Triangle> tissue_;  // all but those of threads
   DepthGauge gauge_;
   std::vector<float> depths_;
   std::vector<std::size_t> tool_hues_;

@@ -127,7 +127,7 @@ function takeText(message: TextMessage): void {
 function takeHello(hello: Hello): void {
   if (palette.length === 0) marks = new Marks(hello.stations, hello.recording?.hands);
   palette = hello.palette;
-  scene.setPalette(hello.palette, hello.held, hello.wall);
+  scene.setPalette(hello.palette, hello.held, hello.wall, hello.thread);
   element("program").textContent = hello.program;
   recording = hello.recording ?? null;
   document.body.classList.toggle("replayed", recording !== null);

@@ -11,13 +11,14 @@ export interface Tool {
 }
 
 export const WALL_MARK = 2;
+export const THREAD_MARK = 3;
 export const BODY_MARK = 4;
 
 export interface Mesh {
   version: number;
   unit: number; // [m] of a step of displacement
   rest: Float32Array; // x y z of each vertex [m]
-  marks: Uint8Array; // 1: the vertex never moves; WALL_MARK: it is on the wall of a cut; plus BODY_MARK times its body
+  marks: Uint8Array; // 1: the vertex never moves; WALL_MARK: it is on the wall of a cut; THREAD_MARK: of a thread; plus BODY_MARK times its body
   triangles: Uint32Array;
 }
 
@@ -109,6 +110,7 @@ export interface Hello {
   stations: string[];
   held: string;
   wall: string;
+  thread: string;
   recording?: Recording;
 }
 
@@ -236,12 +238,11 @@ function signed24(view: DataView, at: number): number {
 
 /**
  * Sets `moved` to the displacements [m] of the blocks (common/wire/shape_blocks.hpp); vertices of blocks that are missing are at
- * rest. Returns the largest one.
+ * rest.
  */
-export function applyBlocks(blocks: DataView, unit: number, moved: Float32Array): number {
+export function applyBlocks(blocks: DataView, unit: number, moved: Float32Array): void {
   moved.fill(0);
   let at = 0;
-  let most = 0;
   while (at < blocks.byteLength) {
     const first = BLOCK_VERTICES * (blocks.getUint16(at, true) | (blocks.getUint8(at + 2) << 16));
     const vertices = blocks.getUint8(at + 3);
@@ -258,6 +259,4 @@ export function applyBlocks(blocks: DataView, unit: number, moved: Float32Array)
       at += (vertices * bits[k] + 7) >> 3;
     }
   }
-  for (let i = 0; i + 2 < moved.length; i += 3) most = Math.max(most, Math.hypot(moved[i], moved[i + 1], moved[i + 2]));
-  return most;
 }

@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
-import { applyBlocks, BODY_MARK, type Mesh, type Part, type Shape, type Task, type Tool } from "./protocol";
+import { applyBlocks, BODY_MARK, THREAD_MARK, type Mesh, type Part, type Shape, type Task, type Tool } from "./protocol";
 import { Refinement } from "./refine";
 import { roundDown125, roundUp125 } from "./scales";
 import type { Marks } from "./stations";
@@ -90,6 +90,7 @@ export class BodyScene {
   private forcePeak = LEAST_FORCE_N;
   private held = new THREE.Color();
   private wall = new THREE.Color();
+  private thread = new THREE.Color();
   private dirty = true;
   private dark = false;
   private layout = "";
@@ -134,7 +135,7 @@ export class BodyScene {
     this.dirty = true;
   }
 
-  setPalette(colors: string[], held: string, wall: string): void {
+  setPalette(colors: string[], held: string, wall: string, thread: string): void {
     const texels = new Uint8Array(4 * colors.length);
     colors.forEach((css, i) => {
       const rgb = parseInt(css.slice(1), 16);
@@ -147,6 +148,7 @@ export class BodyScene {
     this.uniforms.palette.value = texture;
     this.held.set(held);
     this.wall.set(wall);
+    this.thread.set(thread);
     this.dirty = true;
   }
 
@@ -195,7 +197,7 @@ export class BodyScene {
     const body = attribute("body", 1);
     position.array.set(mesh.rest);
     fine.place(position.array as Float32Array, normal.array as Float32Array);
-    mesh.marks.forEach((mark, v) => kind.setX(v, [0, 1, -1][mark % BODY_MARK]));
+    mesh.marks.forEach((mark, v) => kind.setX(v, [0, 1, -1, 2][mark % BODY_MARK]));
     mesh.marks.forEach((mark, v) => body.setX(v, Math.floor(mark / BODY_MARK)));
     fine.average(kind.array as Float32Array);
     fine.average(body.array as Float32Array);
@@ -234,12 +236,13 @@ export class BodyScene {
       shader.uniforms.bodies = this.uniforms.bodies;
       shader.uniforms.heldColor = { value: this.held };
       shader.uniforms.wallColor = { value: this.wall };
+      shader.uniforms.threadColor = { value: this.thread };
       shader.vertexShader = shader.vertexShader
         .replace("#include <common>", "#include <common>\nattribute float moved; attribute float kind; attribute float body; varying float vMoved; varying float vKind; varying float vBody;")
         .replace("#include <begin_vertex>", "#include <begin_vertex>\nvMoved = moved; vKind = kind; vBody = body;");
       shader.fragmentShader = shader.fragmentShader
         .replace("#include <common>", `#include <common>
-uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform vec3 wallColor; varying float vMoved; varying float vKind;
+uniform sampler2D palette; uniform float most; uniform vec3 heldColor; uniform vec3 wallColor; uniform vec3 threadColor; varying float vMoved; varying float vKind;
 uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`)
         .replace("#include <color_fragment>", `#include <color_fragment>
 {
@@ -251,6 +254,7 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
   float line = 1.0 - smoothstep(0.6, 1.4, abs(fract(level - 0.5) - 0.5) / max(apart, 1e-5));
   tint *= 1.0 - 0.38 * line * smoothstep(0.5, 0.8, level) * (1.0 - smoothstep(0.25, 0.5, apart));
   diffuseColor.rgb = mix(mix(tint, heldColor, smoothstep(0.35, 0.65, vKind)), wallColor, 0.8 * smoothstep(0.1, 0.3, -vKind));
+  if (vKind > 1.5) diffuseColor.rgb = threadColor;
 }`);
     };
     return material;
@@ -303,15 +307,19 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
 
   setShape(shape: Shape): void {
     if (!this.mesh || !this.body || shape.version !== this.mesh.version) return;
-    const most = applyBlocks(shape.blocks, this.mesh.unit, this.moved);
+    applyBlocks(shape.blocks, this.mesh.unit, this.moved);
     const geometry = this.body.geometry;
     const position = geometry.getAttribute("position") as THREE.BufferAttribute;
     const moved = geometry.getAttribute("moved") as THREE.BufferAttribute;
     const normal = geometry.getAttribute("normal") as THREE.BufferAttribute;
     const at = position.array as Float32Array;
     for (let i = 0; i < this.moved.length; ++i) at[i] = this.mesh.rest[i] + this.moved[i];
-    for (let v = 0; v < this.mesh.marks.length; ++v)
-      moved.setX(v, Math.hypot(this.moved[3 * v], this.moved[3 * v + 1], this.moved[3 * v + 2]));
+    let most = 0; // of the tissue: a thread hangs about
+    for (let v = 0; v < this.mesh.marks.length; ++v) {
+      const way = Math.hypot(this.moved[3 * v], this.moved[3 * v + 1], this.moved[3 * v + 2]);
+      moved.setX(v, way);
+      if (this.mesh.marks[v] !== THREAD_MARK) most = Math.max(most, way);
+    }
     this.fine!.place(at, normal.array as Float32Array);
     this.fine!.average(moved.array as Float32Array);
     position.needsUpdate = moved.needsUpdate = normal.needsUpdate = true;

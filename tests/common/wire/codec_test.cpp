@@ -418,6 +418,7 @@ TEST_CASE("Viewers get the names and colours of several bodies, and the body of 
   REQUIRE(back.vertices.size() == piece.vertices.size());
   for (std::size_t i = 0; i < piece.vertices.size(); ++i) CHECK(mark_of(back.vertices[i]) == mark_of(piece.vertices[i]));
   MeshVertex vertex;
-  CHECK_FALSE(read_mark(kFixedMark + kWallMark, vertex));
+  CHECK(read_mark(kThreadMark, vertex));
+  CHECK(vertex.thread);
   CHECK_FALSE(read_mark(kBodyMark * kMostBodies, vertex));
 }

@@ -255,6 +255,50 @@ TEST_CASE("a needle's path arrives with its layers, and fits beside as many vert
     }
 }
 
+TEST_CASE("a thread arrives with its bites, and fits beside as many vertices as is said") {
+  const Patch sent = seeds::suture_patch(5, 6, 8, 6), got = round_trip(sent);
+  CHECK(got.suture.law.bites == 6);
+  CHECK(got.suture.law.stiffness_n_m == Approx(2000));
+  CHECK(got.suture.law.friction == Approx(0.12).epsilon(1e-7));
+  CHECK(got.suture.law.drag_n == Approx(0.03).epsilon(1e-7));
+  CHECK(got.suture.law.first_tied);
+  CHECK_FALSE(got.suture.law.last_tied);
+  for (std::size_t i = 0; i < 7; ++i) CHECK(got.suture.length_m[i] == Approx(sent.suture.length_m[i]).epsilon(1e-7));
+  for (std::size_t j = 0; j < 6; ++j) {
+    check_float32(got.suture.bites[j].position, sent.suture.bites[j].position);
+    CHECK((got.suture.bites[j].rows - sent.suture.bites[j].rows).cwiseAbs().maxCoeff() <=
+          1e-4 * sent.surface.vertices[0].rows.cwiseAbs().maxCoeff());
+  }
+  CHECK(round_trip(seeds::touch_patch(5, 6, 8)).suture.empty());
+  for (int bites = 2; bites <= kMaxBites; ++bites)
+    for (int modes = 0; modes <= kMaxModes; ++modes) {
+      PatchContacts contacts;
+      contacts.bites = bites;
+      const int vertices = max_port_vertices(modes, kMaxPortTriangles, false, 0, contacts);
+      CAPTURE(bites, modes, vertices);
+      if (modes <= 6) REQUIRE(vertices >= 3);
+      if (vertices < 3) continue;
+      const Patch full = seeds::suture_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), bites);
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
+    }
+}
+
+TEST_CASE("a thread that none can be is refused") {
+  const Patch right = seeds::suture_patch(5, 6, 8, 3);
+  REQUIRE(check(right) == PatchFault::none);
+  const auto fault = [&](const std::function<void(PatchSuture&)>& spoil) {
+    Patch wrong = right;
+    spoil(wrong.suture);
+    return check(wrong);
+  };
+  CHECK(fault([](PatchSuture& s) { s.law.bites = kMaxBites + 1; }) == PatchFault::sizes);
+  CHECK(fault([](PatchSuture& s) { s.bites[2].rows.resize(3, 4); }) == PatchFault::sizes);
+  CHECK(fault([](PatchSuture& s) { s.law.stiffness_n_m = 0; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchSuture& s) { s.law.friction = -0.1; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchSuture& s) { s.length_m[3] = -0.01; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchSuture& s) { s.bites[1].position.y() = NAN; }) == PatchFault::not_finite);
+}
+
 TEST_CASE("a needle that none can be is refused") {
   const Patch right = seeds::needle_patch(5, 6, 8, 3);
   REQUIRE(check(right) == PatchFault::none);

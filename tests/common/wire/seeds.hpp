@@ -251,6 +251,20 @@ inline Patch needle_patch(int r, int vertices, int triangles, int layers) {
   return patch;
 }
 
+/// A thread of `bites` bites.
+inline Patch suture_patch(int r, int vertices, int triangles, int bites) {
+  Patch patch = touch_patch(r, vertices, triangles);
+  PatchSuture& suture = patch.suture;
+  suture.law = {bites, 2000, 0.12, 0.03, true, false};
+  for (int i = 0; i <= bites; ++i) suture.length_m[static_cast<std::size_t>(i)] = 0.01 + 0.003 * i;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(bites); ++j) {
+    const double at = static_cast<double>(j);
+    suture.bites[j].position = Vec3(0.01 * at, 0.02 - 0.001 * at, -0.01);
+    suture.bites[j].rows = (0.3 - 0.1 * at) * patch.surface.vertices[0].rows;
+  }
+  return patch;
+}
+
 inline std::vector<Message> every_kind() {
   std::mt19937 random(5);
   std::vector<Message> all;
@@ -264,6 +278,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{attach_patch(0)}));
   all.push_back(message(PatchMessage{touch_patch(8, 12, 16)}));
   all.push_back(message(PatchMessage{touch_patch(0, 7, 6)}));
+  all.push_back(message(PatchMessage{suture_patch(5, 6, 8, 6)}));
   all.push_back(message(PatchMessage{body_patch(4, 6, 8, 3, 2)}));
   all.push_back(message(PatchMessage{jaws_patch(4, 6, 8, 3, 2)}));
   all.push_back(message(PatchMessage{needle_patch(4, 6, 8, 3)}));
