@@ -29,14 +29,15 @@ namespace {
 constexpr Micros kVersionMost{3'000'000};     ///< time for which a server may seem to speak another version
 constexpr Micros kSettle{300'000};            ///< after joining, time for the clocks to lock before the hand moves
 constexpr Micros kComparisonWait{5'000'000};  ///< for the first patch of a comparison
-constexpr Micros kUntilStart{20'000};         ///< from the decision to start the motion until it starts
+constexpr Micros kUntilStart{60'000};         ///< from the decision to start the motion until it starts: three polls
 constexpr double kReportedMaxS = 600;         ///< for a run without an end, or a hand that holds still after its motion
 constexpr std::size_t kRingTicks = 4096;      ///< ticks that may wait between two polls
 constexpr double kStartMaxM = 5e-4;           ///< attach: the motion should start where the node rests
 
 class Run {
  public:
-  Run(const AppOptions& options, const std::atomic<bool>& stop) : options_(options), stop_(stop), began_(monotonic_now()) {
+  Run(const AppOptions& options, CommonStart& start, const std::atomic<bool>& stop)
+      : options_(options), start_(start), stop_(stop), began_(monotonic_now()) {
     UdpClient::Watch watch;
     if (!options.record.empty()) {
       recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
@@ -54,6 +55,7 @@ class Run {
     say(fmt::format("joining {} as {} ({})", options_.server, options_.station, name_of(options_.scheme)));
     const bool joined = join();
     if (joined) feel();
+    arrive();
     for (auto& station : stations_) station->stop();
     end_recording();
     if (refused_for_good_ && !loop_) return 1;
@@ -155,7 +157,7 @@ class Run {
                                          HapticLoopOptions{options_.realtime, ring_ticks(), options_.passivity});
     realtime_ = loop_->start();
     if (realtime_.asked) say(describe(realtime_));
-    if (wait_until_felt(welcome)) move();
+    if (wait_until_felt(welcome) && wait_for_others()) move();
     loop_->stop();
   }
 
@@ -232,8 +234,17 @@ class Run {
     });
   }
 
+  void arrive() {
+    if (!std::exchange(arrived_, true)) start_.arrive();
+  }
+
+  bool wait_for_others() {
+    arrive();
+    return wait([&] { return start_.all_are_here(); });
+  }
+
   void move() {
-    const Micros start = loop_->due_after(kUntilStart);
+    const Micros start = start_.agree(loop_->due_after(kUntilStart));
     motion_start_ = start;
     if (recording_) recording_->event(start, RecordedEventKind::motion);
     hardware_ ? mapped_->start(start) : device_->start(start);
@@ -350,8 +361,10 @@ class Run {
   }
 
   const AppOptions& options_;
+  CommonStart& start_;
   const std::atomic<bool>& stop_;
-  std::string name_;  ///< name of the felt station at the server
+  bool arrived_ = false;  ///< at the common start
+  std::string name_;      ///< name of the felt station at the server
   Micros began_, motion_start_ = Micros::max();
   std::unique_ptr<SessionRecording> recording_;
   std::unique_ptr<TickLog> log_;
@@ -376,8 +389,8 @@ class Run {
 
 }  // namespace
 
-HandEnd run_hand(const AppOptions& options, const std::atomic<bool>& stop) {
-  auto run = std::make_unique<Run>(options, stop);
+HandEnd run_hand(const AppOptions& options, CommonStart& start, const std::atomic<bool>& stop) {
+  auto run = std::make_unique<Run>(options, start, stop);
   const HandEnd end{run->go(), run->stuck()};
   if (end.device_stuck) run.release();
   return end;

@@ -3,6 +3,7 @@
 
 #include <atomic>
 
+#include "client/app/common_start.hpp"
 #include "client/app/options.hpp"
 
 namespace palpate {
@@ -16,7 +17,8 @@ struct HandEnd {
   bool device_stuck = false;
 };
 
-/// Runs one hand. Ends early, but normally, once `stop` is set. Throws InputError when a report cannot be written.
-HandEnd run_hand(const AppOptions& options, const std::atomic<bool>& stop);
+/// Runs one hand, which begins to move at the common moment. Ends early, but normally, once `stop` is set. Throws InputError when
+/// a report cannot be written.
+HandEnd run_hand(const AppOptions& options, CommonStart& start, const std::atomic<bool>& stop);
 
 }  // namespace palpate

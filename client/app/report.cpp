@@ -242,6 +242,16 @@ void write_summary(const std::filesystem::path& file, const RunReport& run) {
   write(file, summary.dump(2) + '\n');
 }
 
+void write_joint_summary(const std::vector<AppOptions>& hands) {
+  Json all = Json::object();
+  for (const AppOptions& hand : hands) {
+    std::ifstream in(hand.report / "summary.json");
+    const Json summary = Json::parse(in, nullptr, false);
+    all[hand.station] = summary.is_discarded() ? Json() : summary;
+  }
+  write(hands.front().report.parent_path() / "summary.json", Json{{"hands", all}}.dump(2) + "\n");
+}
+
 std::string describe(const RunReport& run) {
   const DisplayReport& felt = run.displays.front();
   const ClientCore& core = *felt.core;

@@ -38,6 +38,9 @@ void write_forces(const std::filesystem::path& file, const RunReport& run);
 /// Writes the summary. Its key "run" says what was run: program, version, scheme (requested, felt, reason, changes and shares of
 /// patches where the server chose), order, scene, motion {file, hash}, device, server, station, seed, machine.
 void write_summary(const std::filesystem::path& file, const RunReport& run);
+/// Writes the summary of several hands of one program, beside the folders of their reports: its key "hands" has the summary of
+/// each by the name of its station. Throws InputError when it cannot be written.
+void write_joint_summary(const std::vector<AppOptions>& hands);
 std::string describe(const RunReport& run);
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include "client/app/hand_run.hpp"
 #include "client/app/lines.hpp"
 #include "client/app/pausing.hpp"
+#include "client/app/report.hpp"
 #include "client/io/body_reset.hpp"
 #include "client/io/link_check.hpp"
 
@@ -41,6 +42,7 @@ int reset_body(const AppOptions& options, const std::atomic<bool>& stop) {
 
 int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
   begin_pauses(static_cast<int>(hands.size()));
+  CommonStart start(hands.size());
   std::atomic<bool> end{false};
   std::atomic<std::size_t> going{hands.size()};
   std::vector<HandEnd> ends(hands.size());
@@ -50,7 +52,7 @@ int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
     threads.emplace_back([&, k] {
       if (hands.size() > 1) speak_as(hands[k].station);
       try {
-        ends[k] = run_hand(hands[k], end);
+        ends[k] = run_hand(hands[k], start, end);
       } catch (...) {
         faults[k] = std::current_exception();
         end = true;
@@ -69,6 +71,7 @@ int run(const std::vector<AppOptions>& hands, const std::atomic<bool>& stop) {
   }
   for (const std::exception_ptr& fault : faults)
     if (fault) std::rethrow_exception(fault);
+  if (hands.size() > 1 && !hands.front().report.empty()) write_joint_summary(hands);
   return std::ranges::max(ends, {}, &HandEnd::code).code;
 }
 

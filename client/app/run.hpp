@@ -1,5 +1,6 @@
 // The tasks of palpate-client after its command line has been parsed. Several hands of one person run in parallel, each as a
-// station of its own with its own threads, report and recording (hand_run.hpp).
+// station of its own with its own threads, report and recording (hand_run.hpp). They begin to move at one moment, at which their
+// times are 0, and a joint summary lists them.
 #pragma once
 
 #include <atomic>

@@ -185,6 +185,11 @@ std::string room_message(const PageState& state) {
   if (state.refused) j["refused"] = true;
   if (state.room != nullptr) {
     for (const StationView& station : state.room->stations) j["stations"].push_back(station_json(station, state.late_known));
+    for (const ToolSphere& sphere : state.room->tool) {
+      json ball = point_json(sphere.centre);
+      ball.push_back(rounded(sphere.radius_m, 5));
+      j["tool"].push_back(std::move(ball));
+    }
     for (const BodyName& body : state.room->bodies)
       j["bodies"].push_back({{"name", body.name}, {"color", css(srgb_of(body.colour))}});
     j["nodes"] = state.room->nodes;

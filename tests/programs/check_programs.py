@@ -127,6 +127,11 @@ def check_two_devices(programs, room, work):
         first, last = ([float(x) for x in rows[k].split(",")[1:4]] for k in (1, -1))
         # The tool goes up with the hand, scaled; then the clutch holds it while the hand goes elsewhere.
         assert abs(last[2] - first[2] - 0.02 * scale) < 0.002 * scale and abs(last[0] - first[0]) < 0.002 * scale, (first, last)
+    # They begin at one moment, and are reported together.
+    joint = json.loads((work / "two" / "summary.json").read_text())["hands"]
+    assert list(joint) == ["trainee-1", "trainee-2"] and joint["trainee-2"]["run"]["workspace"]["scale"] == 0.5, joint
+    times = [[float(row.split(",")[0]) for row in (work / "two" / name / "forces.csv").read_text().split()[1:]] for name in joint]
+    assert all(t[0] < 0.0015 for t in times) and abs(len(times[0]) - len(times[1])) < 500, [t[:2] for t in times]
     saved = json.loads((work / "saved.json").read_text())
     assert saved["devices"][0]["clutch_button"] == 0 and saved["devices"][0]["device"] == "sim", saved
     for wrong, said in ((["--station", "a", "--station", "a"], "--station: 'a' twice"),

@@ -115,6 +115,7 @@ function takeText(message: TextMessage): void {
       scene.setBodies((message.bodies ?? []).map((body) => body.color));
       showNames("bodies-row", message.bodies ?? []);
     }
+    if (JSON.stringify(message.tool) !== JSON.stringify(room?.tool)) scene.setToolBody(message.tool ?? []);
     room = message;
     showRoom();
   } else if (message.type === "notes") {

@@ -80,6 +80,7 @@ export interface Room {
   speed: number;
   playing: boolean;
   stations: Station[];
+  tool?: [number, number, number, number][]; // spheres of its body in its frame: centre and radius [m]; none: a point
   bodies?: { name: string; color: string }[]; // of a scene with several
   nodes?: number;
   rate_hz?: number | null;

@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
-import { applyBlocks, BODY_MARK, THREAD_MARK, type Mesh, type Part, type Shape, type Task, type Tool } from "./protocol";
+import { applyBlocks, BODY_MARK, THREAD_MARK, type Mesh, type Part, type Room, type Shape, type Task, type Tool } from "./protocol";
 import { Refinement } from "./refine";
 import { roundDown125, roundUp125 } from "./scales";
 import type { Marks } from "./stations";
@@ -10,6 +10,7 @@ import type { Marks } from "./stations";
 const LEAST_LEGEND_M = 0.001;
 const LEAST_FORCE_N = 0.5;
 const MOST_BODIES = 8;
+const JOINED = 3; // times the radii: spheres of a tool's body nearer to each other are one rod
 const ARROW_SHARE = 0.24; // of the body's diagonal, for the strongest force seen
 const TIP_SHARE = 0.014; // radius of a tool's tip, of the diagonal
 const TAN_HALF_VIEW = 0.26;
@@ -39,6 +40,8 @@ const SECTIONS: { color: string | null; points: [number, number][] }[] = [
   { color: STEEL, points: [[1.08, 12.6], [0.92, 22]] },
   { color: GRIP, points: [[0.92, 22], [0.92, 22.6], [0.6, 23.2], [0, 23.4]] },
 ];
+
+type Sphere = NonNullable<Room["tool"]>[number];
 
 interface Instrument {
   stylus: THREE.Group;
@@ -80,6 +83,7 @@ export class BodyScene {
   private readonly box = new THREE.Box3();
   private diagonal = 0.1;
   private tools: Tool[] = [];
+  private toolBody: Sphere[] = []; // empty: points
   private readonly instruments = new Map<string, Instrument>();
   private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M },
     several: { value: false }, bodies: { value: Array.from({ length: MOST_BODIES }, () => new THREE.Color()) } };
@@ -373,10 +377,53 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
     this.dirty = true;
   }
 
+  /** Shows tools with this body from now on. */
+  setToolBody(spheres: Sphere[]): void {
+    this.toolBody = spheres;
+    this.instruments.forEach((_, station) => this.removeInstrument(station));
+    this.placeTools();
+    this.dirty = true;
+  }
+
+  private removeInstrument(station: string): void {
+    const { stylus, arrow } = this.instruments.get(station)!;
+    this.scene.remove(stylus, arrow);
+    for (const group of [stylus, arrow])
+      group.traverse((part) => {
+        if (part instanceof THREE.Mesh) {
+          part.geometry.dispose();
+          (part.material as THREE.Material).dispose();
+        }
+      });
+    this.instruments.delete(station);
+  }
+
+  /** Spheres of a tool's body, joined where one follows the other. */
+  private bodyOfTool(color: string): THREE.Group {
+    const body = new THREE.Group();
+    const add = (geometry: THREE.BufferGeometry, paint: string) => {
+      const part = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color: paint, roughness: 0.32, metalness: 0.35 }));
+      part.castShadow = true;
+      body.add(part);
+      return part;
+    };
+    this.toolBody.forEach(([x, y, z, radius], k) => {
+      const at = new THREE.Vector3(x, y, z);
+      add(new THREE.SphereGeometry(radius, 24, 16), k === 0 ? color : STEEL).position.copy(at);
+      const [u, v, w, before] = this.toolBody[k - 1] ?? [x, y, z, 0];
+      const way = new THREE.Vector3(u, v, w).sub(at);
+      if (k === 0 || way.length() > JOINED * (radius + before)) return;
+      const rod = add(new THREE.CylinderGeometry(before, radius, way.length(), 24), STEEL);
+      rod.position.copy(at).addScaledVector(way, 0.5);
+      rod.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.normalize());
+    });
+    return body;
+  }
+
   private makeInstrument(station: string): Instrument {
     const color = this.marks().of(station).color;
-    const stylus = new THREE.Group();
-    for (const section of SECTIONS) {
+    const stylus = this.toolBody.length > 0 ? this.bodyOfTool(color) : new THREE.Group();
+    for (const section of this.toolBody.length > 0 ? [] : SECTIONS) {
       const outline = section.points.map(([radius, height]) => new THREE.Vector2(Math.max(radius, 0), height));
       const geometry = new THREE.LatheGeometry(outline, 28);
       geometry.rotateX(Math.PI / 2); // the shaft along z
@@ -404,25 +451,16 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
   private placeTools(): void {
     const tip = TIP_SHARE * this.diagonal;
     const perNewton = this.legend.arrow_m_per_n;
-    for (const [station, instrument] of this.instruments) {
-      if (this.tools.some((tool) => tool.station === station)) continue;
-      this.scene.remove(instrument.stylus, instrument.arrow);
-      for (const group of [instrument.stylus, instrument.arrow])
-        group.traverse((part) => {
-          if (part instanceof THREE.Mesh) {
-            part.geometry.dispose();
-            (part.material as THREE.Material).dispose();
-          }
-        });
-      this.instruments.delete(station);
-    }
+    for (const station of [...this.instruments.keys()])
+      if (!this.tools.some((tool) => tool.station === station)) this.removeInstrument(station);
     for (const tool of this.tools) {
       let instrument = this.instruments.get(tool.station);
       if (!instrument) this.instruments.set(tool.station, (instrument = this.makeInstrument(tool.station)));
       instrument.stylus.position.set(...tool.position);
-      instrument.stylus.scale.setScalar(tip);
+      const isPoint = this.toolBody.length === 0;
+      instrument.stylus.scale.setScalar(isPoint ? tip : 1);
       if (tool.orientation) instrument.stylus.quaternion.set(...tool.orientation);
-      else instrument.stylus.quaternion.setFromUnitVectors(UP, LEAN.clone().normalize());
+      else if (isPoint) instrument.stylus.quaternion.setFromUnitVectors(UP, LEAN.clone().normalize());
       const force = new THREE.Vector3(...tool.force);
       const length = perNewton * force.length();
       const width = 1.1 * tip;
@@ -443,7 +481,7 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
     const { left, top } = this.free;
     return this.tools.map((tool) => {
       const instrument = this.instruments.get(tool.station);
-      const at = new THREE.Vector3(0, 0, 9.8);
+      const at = new THREE.Vector3(0, 0, Math.max(...this.toolBody.map(([, , z, radius]) => z + radius), this.toolBody.length > 0 ? 0 : 9.8));
       if (instrument) instrument.stylus.localToWorld(at);
       else at.set(...tool.position);
       at.project(this.camera);

@@ -208,6 +208,7 @@ TEST_CASE("The room's message has each station's link and scheme, and no number 
   CHECK(said["type"] == "room");
   CHECK(said["nodes"] == 318);
   CHECK_FALSE(said.contains("bodies"));
+  CHECK_FALSE(said.contains("tool"));
   const json& first = said["stations"][0];
   CHECK(first["rtt_ms"] == 121.5);
   CHECK(first["loss_pct"] == 2.5);
@@ -219,6 +220,8 @@ TEST_CASE("The room's message has each station's link and scheme, and no number 
   CHECK(said["stations"][1]["loss_pct"].is_null());
   CHECK_FALSE(said["stations"][1].contains("reason"));
   room.bodies = {{"liver", 0x7a2f2a}, {"stomach", 0xd08a80}};
+  room.tool = {{Vec3(0, 0, 0.004), 0.004}, {Vec3(0, 0, 0.012), 0.0025}};
+  CHECK(json::parse(room_message(state))["tool"] == json{{0.0, 0.0, 0.004, 0.004}, {0.0, 0.0, 0.012, 0.0025}});
   CHECK(json::parse(room_message(state))["bodies"][1] == json{{"name", "stomach"}, {"color", "#d08a80"}});
   state.late_known = false;
   CHECK_FALSE(json::parse(room_message(state))["stations"][0].contains("late"));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/player/player.hpp"
 #include "server/room/room.hpp"
 
 using namespace palpate;
