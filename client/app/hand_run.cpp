@@ -240,7 +240,14 @@ class Run {
 
   bool wait_for_others() {
     arrive();
-    return wait([&] { return start_.all_are_here(); });
+    const Micros since = monotonic_now();
+    bool said = false;
+    return wait([&] {
+      const bool here = start_.all_are_here();
+      if (!here && monotonic_now() - since > kNoAnswerAfter && !std::exchange(said, true))
+        say("waits for the other hands of this program");
+      return here;
+    });
   }
 
   void move() {
