@@ -63,7 +63,10 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   // on time. What is left of a frame is then one damped step: a frame has to end.
   const double steps_uncut = std::max(kFewestSteps, std::ceil((until_s - state.time_s) / std::min(step_s, options_.step_s)));
   const double bound = kNewtonAStep * steps_uncut;
-  const double allowed = kTouchedNewtonAStep * steps_uncut;
+  // A frame that begins again once more, with fewer tools, has less than it had.
+  tries_ = until_s == until_s_ ? tries_ + 1 : 1;
+  until_s_ = until_s;
+  const double allowed = (tries_ > kFullTries ? kLaterTry : 1) * kTouchedNewtonAStep * steps_uncut;
   touched_left_ = std::min(touched_left_ + allowed, kTouchedFrames * allowed);
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone

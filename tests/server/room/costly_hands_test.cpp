@@ -245,3 +245,25 @@ TEST_CASE("A hand that presses 37 mm deep at once is not let go of because frame
   CHECK(releases == 0);
   CHECK(result.stations.back().force.norm() > 4);
 }
+
+TEST_CASE(
+    "Fifteen hands that stir deep in the body are let go of at a bounded cost, and a hand that presses anew feels what it feels "
+    "alone") {
+  const double turns_hz = GENERATE(1, 5);
+  SharedOrgan organ;
+  constexpr std::size_t kHands = 15;
+  std::size_t releases = 0;
+  for (int k = 0; k < 30; ++k) {
+    const FrameResult result = organ.frame(kHands, [&](std::size_t hand, Micros t) {
+      const double turned = 2.4 * static_cast<double>(hand) + 2 * 3.14159 * turns_hz * seconds(t);
+      const double far_m = 0.06 * std::sqrt((static_cast<double>(hand) + 0.5) / kHands);
+      const double down_m = 0.07 * std::min(1.0, (seconds(t) - 1) / 0.3) - 0.01;
+      return Vec3(organ.home() + Vec3(far_m * std::cos(turned), far_m * std::sin(turned), -down_m));
+    });
+    CHECK(result.newton_iterations <
+          1100);  // what two frames have, 400, 200 calmed, four times 50, and by what each exceeds these
+    releases += result.released.size();
+  }
+  CHECK(releases > 10);
+  CHECK(pressed_anew_n(organ) == Approx(alone_n()).epsilon(0.01));
+}
