@@ -3,7 +3,7 @@
 usage: reach.py FOLDER_OF_PROGRAMS [--rounds N] [--seconds S] [--recording FILE] [--scene FILE] [--motion FILE]
 
 Server and client run in every round. With --recording the window plays that instead of watching the server, for example the body
-of 20,000 triangles that `test_view "[.reach]"` writes to out/reach.rec. Without a display the window opens in Xvfb.
+of 20,000 triangles that `fine_recording out/fine.rec` writes. Without a display the window opens in Xvfb.
 """
 
 import argparse

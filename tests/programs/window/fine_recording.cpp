@@ -1,7 +1,6 @@
 // A recording of a body of 20,000 triangles that is stroked at 30 Hz, in closed form, for `bench/view/reach.py --recording` and
-// for measuring one's own frame rate. `test_view "[.reach]"` writes out/reach.rec.
-#include <catch2/catch.hpp>
-#include <filesystem>
+// for measuring one's own frame rate. usage: fine_recording FILE.rec
+#include <cstdio>
 #include <fstream>
 
 #include "common/record/writer.hpp"
@@ -11,7 +10,7 @@ using namespace palpate;
 
 namespace {
 
-constexpr int kEdge = 50;  // 8 kEdge^2 triangles
+constexpr int kEdge = 50;  // 8 kEdge^2 = 20,000 triangles
 constexpr double kShapesHz = 30, kLengthS = 10;
 
 /// An octahedron with each side cut into kEdge^2 triangles and projected to the unit sphere.
@@ -50,9 +49,9 @@ void press(const demo::Body& body, float x, std::vector<Vec3>& positions, Vec3& 
 
 }  // namespace
 
-TEST_CASE("A recording of 20,000 triangles to measure drawing with", "[.reach]") {
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fputs("usage: fine_recording FILE.rec\n", stderr), 2;
   demo::Body body = fine_sphere();
-  REQUIRE(body.triangles.size() == 20'000);
   for (Vec3f& x : body.rest) x = x.cwiseProduct(Vec3f(0.08F, 0.055F, 0.04F));
   std::vector<Vec3> positions;
   for (const Vec3f& x : body.rest) positions.push_back(x.cast<double>());
@@ -77,7 +76,8 @@ TEST_CASE("A recording of 20,000 triangles to measure drawing with", "[.reach]")
   }
   writer.finish();
   const auto bytes = writer.take();
-  std::filesystem::create_directories("out");
-  std::ofstream("out/reach.rec", std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  std::ofstream file(argv[1], std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!file.flush()) return std::perror(argv[1]), 1;
+  return 0;
 }
