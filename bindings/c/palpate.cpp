@@ -2,6 +2,7 @@
 #include "bindings/c/palpate.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -12,7 +13,9 @@
 #include "bindings/core/live_station.hpp"
 #include "bindings/core/live_viewer.hpp"
 #include "bindings/core/local_room.hpp"
+#include "client/core/haptic_tick.hpp"
 #include "common/base/error.hpp"
+#include "common/base/tool_pose.hpp"
 #include "common/player/player.hpp"
 #include "server/body/unload.hpp"
 #include "server/io/threaded_server.hpp"
@@ -27,7 +30,7 @@ struct palpate_body {
 };
 struct palpate_player {
   palpate::PatchPlayer player;
-  palpate::Vec3 position;
+  palpate::ToolSample at;
 };
 struct palpate_client {
   palpate::LiveStation station;
@@ -95,8 +98,32 @@ void write(Struct value, Struct& out) {
 }
 
 std::string text_or(const char* text, const std::string& usual) { return text ? text : usual; }
-Vec3 vector_at(const double* v) { return {v[0], v[1], v[2]}; }
 void put(const Vec3& v, double* out) { std::copy_n(v.data(), 3, out); }
+
+ToolSample sample_of(const palpate_pose& pose) {
+  const double *x = pose.position_m, *q = pose.orientation;
+  ToolSample sample{.position = {x[0], x[1], x[2]}, .opening = pose.opening};
+  if (q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0) sample.orientation = Rotation(q[3], q[0], q[1], q[2]);
+  return sample;
+}
+
+palpate_tool tool_at(const Vec3& position, const Vec3& force, const Vec3& torque, const Orientation& turn, double opening) {
+  palpate_tool tool{};
+  put(position, tool.position_m);
+  put(force, tool.force_n);
+  put(torque, tool.torque_n_m);
+  if (turn) std::copy_n(turn->coeffs().data(), 4, tool.orientation);
+  tool.opening = opening;
+  return tool;
+}
+
+palpate_tick tick_of(const Vec3& force, const Vec3& torque, double grip) {
+  palpate_tick tick{};
+  put(force, tick.force_n);
+  put(torque, tick.torque_n_m);
+  tick.grip_n_m = grip;
+  return tick;
+}
 
 template <class Item, class Number>
 void give(const std::vector<Item>& items, const Number** data, std::size_t* count) {
@@ -183,14 +210,16 @@ int palpate_body_new(const palpate_scene* scene, palpate_body** body) {
 }
 void palpate_body_free(palpate_body* body) { delete body; }
 int palpate_body_step(palpate_body* body, const palpate_step_options* options, size_t tools, const uint32_t* ids, size_t ticks,
-                      const double* positions) {
+                      const palpate_pose* poses) {
   return guarded([&] {
     const LocalStep step = step_options(options);
     if (tools > kMaxStations) throw InputError("tools", "is " + std::to_string(tools), "1 to " + std::to_string(kMaxStations));
     if (ticks > kMaxStepTicks) throw InputError("ticks", "is " + std::to_string(ticks), "1 to " + std::to_string(kMaxStepTicks));
-    const auto* at = reinterpret_cast<const Vec3*>(&needed(positions, "positions"));
+    std::vector<ToolSample> samples;
+    for (std::size_t k = 0; k < tools * ticks; ++k) samples.push_back(sample_of((&needed(poses, "poses"))[k]));
     std::vector<LocalTool> paths;
-    for (std::size_t k = 0; k < tools; ++k) paths.push_back({(&needed(ids, "ids"))[k], std::span(at + k * ticks, ticks)});
+    for (std::size_t k = 0; k < tools; ++k)
+      paths.push_back({(&needed(ids, "ids"))[k], std::span(samples).subspan(k * ticks, ticks)});
     palpate_body& moved = needed(body, "body");
     moved.frame = moved.room.step(paths, step);
   });
@@ -210,10 +239,10 @@ int palpate_body_time_us(const palpate_body* body, int64_t* time_us) {
 int palpate_body_tool(const palpate_body* body, uint32_t id, palpate_tool* tool) {
   return guarded([&] {
     const StationFrame& frame = tool_of(needed(body, "body"), id);
-    palpate_tool out{
-        .size = 0, .id = id, .contact = frame.contact, .has_patch = frame.patch.has_value(), .position_m = {}, .force_n = {}};
-    put(frame.tool, out.position_m);
-    put(frame.force, out.force_n);
+    palpate_tool out = tool_at(frame.tool, frame.force, frame.torque, frame.turn, frame.opening);
+    out.id = id;
+    out.contact = frame.contact;
+    out.has_patch = frame.patch.has_value();
     write(out, needed(tool, "tool"));
   });
 }
@@ -227,17 +256,26 @@ int palpate_player_new(const palpate_body* body, uint32_t id, palpate_player** p
     if (!tool.patch)
       throw InputError("tool " + std::to_string(id), "has no patch", "a step with patches and the tool in reach of the body");
     palpate_player*& made = needed(player, "player");
-    made = new palpate_player{PatchPlayer(*tool.patch, tool.terms), tool.tool};
+    made = new palpate_player{PatchPlayer(*tool.patch, tool.terms), {{}, tool.tool, tool.turn, tool.opening}};
   });
 }
 void palpate_player_free(palpate_player* player) { delete player; }
-int palpate_player_tick(palpate_player* player, const double position[3], double force[3], int32_t* contact) {
-  if (!player || !position || !force) return fail(PALPATE_BAD_INPUT, "player, position or force: is null; expected a pointer");
-  if (in_world(vector_at(position))) player->position = vector_at(position);
-  const PlayerOutput out = player->player.advance({player->player.time() + kTick, player->position});
-  put(out.force, force);
-  if (contact) *contact = out.contact;
-  return PALPATE_OK;
+int palpate_player_tick(palpate_player* player, const palpate_pose* pose, palpate_tick* tick) {
+  if (!player || !pose || !tick) return fail(PALPATE_BAD_INPUT, "player, pose or tick: is null; expected a pointer");
+  return guarded([&] {
+    ToolSample& at = player->at;
+    const ToolSample given = sample_of(*pose);
+    if (in_world(given.position)) at.position = given.position;
+    if (given.orientation && is_unit(*given.orientation)) at.orientation = given.orientation;
+    if (std::isfinite(given.opening)) at.opening = std::clamp(given.opening, 0.0, 1.0);
+    at.t = player->player.time() + kTick;
+    const PlayerOutput now = player->player.advance(at);
+    palpate_tick out = tick_of(now.force, now.torque, now.grip);
+    out.contact = now.contact;
+    out.has_patch = 1;
+    out.patch_age_s = seconds(at.t - player->player.patch().stamp);
+    write(out, *tick);
+  });
 }
 
 int palpate_client_join(const palpate_client_options* options, palpate_client** client) {
@@ -257,17 +295,14 @@ int palpate_client_wait(palpate_client* client, double most_s) {
 int palpate_client_home(const palpate_client* client, double home[3]) {
   return guarded([&] { put(needed(client, "client").station.status().welcome.home, &needed(home, "home")); });
 }
-int palpate_client_tick(palpate_client* client, const double position[3], palpate_tick* tick) {
-  if (!client || !position || !tick) return fail(PALPATE_BAD_INPUT, "client, position or tick: is null; expected a pointer");
+int palpate_client_tick(palpate_client* client, const palpate_pose* pose, palpate_tick* tick) {
+  if (!client || !pose || !tick) return fail(PALPATE_BAD_INPUT, "client, pose or tick: is null; expected a pointer");
   return guarded([&] {
-    const TickOutput now = client->station.tick(vector_at(position));
-    palpate_tick out{.size = 0,
-                     .contact = now.contact,
-                     .has_patch = now.has_patch,
-                     .zero = 0,
-                     .force_n = {},
-                     .patch_age_s = seconds(now.patch_age)};
-    put(now.force, out.force_n);
+    const TickOutput now = client->station.tick(sample_of(*pose));
+    palpate_tick out = tick_of(now.force, now.torque, now.grip);
+    out.contact = now.contact;
+    out.has_patch = now.has_patch;
+    out.patch_age_s = seconds(now.patch_age);
     write(out, *tick);
   });
 }
@@ -323,9 +358,8 @@ int palpate_viewer_tool(const palpate_viewer* viewer, size_t k, palpate_tool* to
   return guarded([&] {
     const auto& tools = moment_of(viewer).tools;
     if (k >= tools.size()) throw InputError("k", "is " + std::to_string(k), "below " + std::to_string(tools.size()));
-    palpate_tool out{.size = 0, .id = 0, .contact = tools[k].contact, .has_patch = 0, .position_m = {}, .force_n = {}};
-    put(tools[k].position, out.position_m);
-    put(tools[k].force, out.force_n);
+    palpate_tool out = tool_at(tools[k].position, tools[k].force, tools[k].torque, tools[k].orientation, tools[k].opening);
+    out.contact = tools[k].contact;
     write(out, needed(tool, "tool"));
     if (station) *station = tools[k].station.c_str();
   });

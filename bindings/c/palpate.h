@@ -40,6 +40,13 @@ const char* palpate_version(void);
 /* Text of this thread's last error; empty before the first. */
 const char* palpate_error(void);
 
+/* Pose of a tool. */
+typedef struct palpate_pose {
+  double position_m[3];
+  double orientation[4]; /* of an instrument: a quaternion x, y, z, w from its frame to W; all 0: upright, or a point */
+  double opening;        /* of its jaws, 0 closed to 1 wide open */
+} palpate_pose;
+
 /* --- scenes --- */
 
 typedef struct palpate_scene palpate_scene;
@@ -74,16 +81,19 @@ typedef struct palpate_tool {
   int32_t has_patch; /* 1: palpate_player_new() has something to play */
   double position_m[3];
   double force_n[3];
+  double torque_n_m[3];  /* on an instrument, about the tool point */
+  double orientation[4]; /* all 0: its device has none */
+  double opening;
 } palpate_tool;
 
 /* The body at rest, at time 0. The scene may be freed. */
 int palpate_body_new(const palpate_scene* scene, palpate_body** body);
 void palpate_body_free(palpate_body* body);
-/* Moves `tools` tools of the numbers `ids` (1, 2, ...) and the body by `ticks` milliseconds, 1 to 1000. positions: first all
- * `ticks` positions of the first tool, 1 ms apart, then those of the next. A tool that was not in the last step starts at its
- * first position; one that is missing is removed. options may be null. */
+/* Moves `tools` tools of the numbers `ids` (1, 2, ...) and the body by `ticks` milliseconds, 1 to 1000. poses: first all
+ * `ticks` poses of the first tool, 1 ms apart, then those of the next. A tool that was not in the last step starts at its
+ * first pose; one that is missing is removed. options may be null. */
 int palpate_body_step(palpate_body* body, const palpate_step_options* options, size_t tools, const uint32_t* ids, size_t ticks,
-                      const double* positions);
+                      const palpate_pose* poses);
 /* The same without tools. */
 int palpate_body_step_alone(palpate_body* body, size_t ticks);
 /* Puts the body back to rest at the beginning of the next step. */
@@ -102,8 +112,21 @@ typedef struct palpate_player palpate_player;
 /* Plays the patch that the last step made for a tool, from the end of that step on. */
 int palpate_player_new(const palpate_body* body, uint32_t id, palpate_player** player);
 void palpate_player_free(palpate_player* player);
-/* Moves the tool to `position`, 1 ms later. A position that is not finite counts as a tool that stands still. */
-int palpate_player_tick(palpate_player* player, const double position[3], double force[3], int32_t* contact);
+/* What a hand feels at one tick. */
+typedef struct palpate_tick {
+  uint32_t size;
+  int32_t contact;   /* 1: the tool touches */
+  int32_t has_patch; /* 0: no patch has arrived, so there is no force */
+  int32_t zero;
+  double force_n[3];
+  double patch_age_s;
+  double torque_n_m[3]; /* on an instrument, about the tool point */
+  double grip_n_m;      /* moment of jaws, positive where it opens them */
+} palpate_tick;
+
+/* Moves the tool to `pose`, 1 ms later. A position that is not finite, or beyond 10 m, counts as a tool that stands still, an
+ * orientation that is not of length 1 as one that does not turn. */
+int palpate_player_tick(palpate_player* player, const palpate_pose* pose, palpate_tick* tick);
 
 /* --- a station at a server --- */
 
@@ -122,15 +145,6 @@ typedef struct palpate_client_options {
   double slew_max_n_s;    /* 0: not limited */
 } palpate_client_options;
 
-typedef struct palpate_tick {
-  uint32_t size;
-  int32_t contact;   /* 1: the tool touches */
-  int32_t has_patch; /* 0: no patch has arrived, so there is no force */
-  int32_t zero;
-  double force_n[3];
-  double patch_age_s;
-} palpate_tick;
-
 /* Begins to join; a thread of the library keeps the session. */
 int palpate_client_join(const palpate_client_options* options, palpate_client** client);
 /* Leaves the server. */
@@ -139,9 +153,9 @@ void palpate_client_free(palpate_client* client);
 int palpate_client_wait(palpate_client* client, double most_s);
 /* Start of a tool in this room, after palpate_client_wait(). */
 int palpate_client_home(const palpate_client* client, double home[3]);
-/* The tick of the present millisecond, with the tool at `position`: call it every millisecond. In the millisecond of the last
- * tick it gives that again. A position that is not finite or beyond 10 m counts as a tool that stands still. */
-int palpate_client_tick(palpate_client* client, const double position[3], palpate_tick* tick);
+/* The tick of the present millisecond, with the tool at `pose`: call it every millisecond. In the millisecond of the last tick it
+ * gives that again. Poses that are none count as in palpate_player_tick(). */
+int palpate_client_tick(palpate_client* client, const palpate_pose* pose, palpate_tick* tick);
 
 /* --- a server of bodies in this process --- */
 

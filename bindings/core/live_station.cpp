@@ -50,18 +50,18 @@ void LiveStation::wait(Micros most) const {
 
 Micros LiveStation::due(Micros now) const noexcept { return begin_ + (now - begin_) / kTick * kTick; }
 
-const TickOutput& LiveStation::run(Micros t, const Vec3& position) noexcept {
+const TickOutput& LiveStation::run(Micros t, const ToolSample& pose) noexcept {
   last_ = t;
-  output_ = core_.haptic().tick({t, position});
+  output_ = core_.haptic().tick({t, pose.position, pose.orientation, pose.opening});
   return output_;
 }
 
-TickOutput LiveStation::tick(const Vec3& position) noexcept {
+TickOutput LiveStation::tick(const ToolSample& pose) noexcept {
   const Micros t = due(monotonic_now());
-  return t > last_ ? run(t, position) : output_;
+  return t > last_ ? run(t, pose) : output_;
 }
 
-std::size_t LiveStation::follow(std::span<const Vec3> path, std::span<TickOutput> out) noexcept {
+std::size_t LiveStation::follow(std::span<const ToolSample> path, std::span<TickOutput> out) noexcept {
   std::size_t late = 0;
   const Micros begin = due(monotonic_now()) + kTick;
   for (std::size_t k = 0; k < path.size(); ++k) {

@@ -2,7 +2,7 @@
 //
 //     LiveStation station({.server = "127.0.0.1:47800"});
 //     station.wait(Micros{5'000'000});                          // joined, and the clocks agree
-//     for each millisecond: force = station.tick(position).force
+//     for each millisecond: force = station.tick({.position = position}).force
 //
 // A network thread of its own keeps the session (client/io/udp_client.hpp); the calling thread runs the haptic tick
 // (client/core/haptic_tick.hpp). Ticks lie on a grid of 1 ms of CLOCK_MONOTONIC. The force is for display or control by the
@@ -45,18 +45,19 @@ class LiveStation {
   void wait(Micros most) const;
   ClientStatus status() const { return udp_.status(); }
 
-  /// Runs the tick of the present millisecond with the tool at `position` [m]. In the millisecond of the last tick it returns
-  /// that again. A position that is not finite or outside the world counts as a tool that stands still.
-  TickOutput tick(const Vec3& position) noexcept;
+  /// Runs the tick of the present millisecond with the tool at `pose`, whose time is not read. In the millisecond of the last
+  /// tick it returns that again. A position that is not finite or outside the world counts as a tool that stands still,
+  /// an orientation that is not of unit length as one that does not turn.
+  TickOutput tick(const ToolSample& pose) noexcept;
   /// Moves the tool along `path`, a millisecond each, and writes the output of every tick; returns after path.size() ms. A tick
   /// that comes a millisecond late or more is skipped: the output before it is written again. Returns the number of those.
-  std::size_t follow(std::span<const Vec3> path, std::span<TickOutput> out) noexcept;
+  std::size_t follow(std::span<const ToolSample> path, std::span<TickOutput> out) noexcept;
   /// Says goodbye to the server; the force of later ticks fades.
   void leave();
 
  private:
   Micros due(Micros now) const noexcept;
-  const TickOutput& run(Micros t, const Vec3& position) noexcept;
+  const TickOutput& run(Micros t, const ToolSample& pose) noexcept;
 
   std::string server_;
   bool with_key_ = false;

@@ -7,6 +7,7 @@
 #include "client/core/haptic_tick.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/base/tool_pose.hpp"
 
 namespace palpate {
 namespace {
@@ -25,17 +26,25 @@ void check(const LocalTool& tool, std::size_t ticks) {
   const std::string where = "path of tool " + std::to_string(tool.id);
   if (tool.id == 0) throw InputError(where, "has the id 0", "an id of at least 1");
   if (tool.path.empty() || tool.path.size() > kMaxStepTicks)
-    throw InputError(where, "has " + std::to_string(tool.path.size()) + " positions", "1 to " + std::to_string(kMaxStepTicks));
+    throw InputError(where, "has " + std::to_string(tool.path.size()) + " poses", "1 to " + std::to_string(kMaxStepTicks));
   if (tool.path.size() != ticks)
-    throw InputError(where, "has " + std::to_string(tool.path.size()) + " positions",
+    throw InputError(where, "has " + std::to_string(tool.path.size()) + " poses",
                      std::to_string(ticks) + ", as the path of the first tool");
-  for (std::size_t k = 0; k < ticks; ++k)
-    if (!in_world(tool.path[k]))
-      throw InputError(where + "[" + std::to_string(k) + "]", "is " + in_words(tool.path[k]),
-                       "finite coordinates within " + std::to_string(static_cast<int>(kWorldExtentM)) + " m");
+  for (std::size_t k = 0; k < ticks; ++k) check_pose(tool.path[k], where + "[" + std::to_string(k) + "]");
 }
 
 }  // namespace
+
+void check_pose(const ToolSample& pose, const std::string& where) {
+  if (!in_world(pose.position))
+    throw InputError(where, "is " + in_words(pose.position),
+                     "finite coordinates within " + std::to_string(static_cast<int>(kWorldExtentM)) + " m");
+  if (pose.orientation && !is_unit(*pose.orientation))
+    throw InputError("orientation of " + where, "has the length " + std::to_string(pose.orientation->norm()),
+                     "a quaternion of length 1");
+  if (!(pose.opening >= 0 && pose.opening <= 1))
+    throw InputError("opening of " + where, "is " + std::to_string(pose.opening), "0 to 1");
+}
 
 Scheme scheme_named(const std::string& name, const std::string& where) {
   if (const auto scheme = scheme_from_name(name)) return *scheme;
@@ -76,9 +85,9 @@ FrameResult LocalRoom::step(std::span<const LocalTool> tools, const LocalStep& o
                        .horizon = options.horizon,
                        .samples = {},
                        .wants_patch = options.patches};
-    if (!tools_.contains(tool.id)) station.samples.push_back({now_, tool.path.front()});
-    for (std::size_t k = 0; k < ticks; ++k)
-      station.samples.push_back({now_ + static_cast<std::int64_t>(k + 1) * kTick, tool.path[k]});
+    const auto add = [&](Micros t, const ToolSample& pose) { station.samples.push_back(pose), station.samples.back().t = t; };
+    if (!tools_.contains(tool.id)) add(now_, tool.path.front());
+    for (std::size_t k = 0; k < ticks; ++k) add(now_ + static_cast<std::int64_t>(k + 1) * kTick, tool.path[k]);
     if (!after.insert(tool.id).second)
       throw InputError("tools", "have the id " + std::to_string(tool.id) + " twice", "ids that differ");
     job.stations.push_back(std::move(station));

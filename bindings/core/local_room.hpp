@@ -1,13 +1,13 @@
 // A body and the tools on it in one process, in virtual time: what a program in another language uses in place of a server and a
 // network. Room (server/room/room.hpp) computes; this class keeps the time and makes its jobs.
 //
-//     step      moves every tool along its positions at now + 1 ms, now + 2 ms, ..., and the body with them; then `now` is the
-//               time of the last position, and every tool has the force of the full model and, if wanted, a patch
+//     step      moves every tool along its poses at now + 1 ms, now + 2 ms, ..., and the body with them; then `now` is the
+//               time of the last of them, and every tool has the force of the full model and, if wanted, a patch
 //     patches   played by PatchPlayer (common/player/player.hpp) from `now` on, a tick of 1 ms at a time
 //
-// Units: metres, seconds, newtons, frame W; forces act on the tool. A new tool starts at the first of its positions, one without
-// positions in a step is removed. Nothing is drawn at random: the same calls give the same bits.
-// Threads: one object, one thread at a time; objects share nothing.
+// Units: metres, seconds, newtons, frame W; forces act on the tool. A new tool starts at the first of its poses, one without
+// poses in a step is removed. A pose without orientation is that of a tool that stands upright. Nothing is drawn at random: the
+// same calls give the same bits. Threads: one object, one thread at a time; objects share nothing.
 #pragma once
 
 #include <memory>
@@ -28,9 +28,13 @@ SchemeAsked scheme_asked(const std::string& name, const std::string& where = "sc
 /// Longest step of a room and longest horizon of a patch [ticks].
 inline constexpr std::size_t kMaxStepTicks = 1'000;
 
+/// Throws InputError, with `where`, for a position that is not finite or outside the world, an orientation that is not of unit
+/// length (kUnitLengthWithin), and an opening outside 0 to 1.
+void check_pose(const ToolSample& pose, const std::string& where);
+
 struct LocalTool {
   StationId id = 1;
-  std::span<const Vec3> path;  ///< positions at now + 1 ms, now + 2 ms, ...
+  std::span<const ToolSample> path;  ///< poses at now + 1 ms, now + 2 ms, ...; their own times are not read
 };
 
 struct LocalStep {
@@ -49,7 +53,7 @@ class LocalRoom {
   /// Time of the body [us].
   Micros now() const { return now_; }
   /// Moves the tools, whose paths are equally long, and the body. The ids are at least 1 and differ. Throws InputError for paths
-  /// of other lengths or none, for a position that is not finite or outside the world, and for a second tool in a grasp.
+  /// of other lengths or none, for what check_pose() refuses, and for a second tool in a grasp.
   FrameResult step(std::span<const LocalTool> tools, const LocalStep& options);
   /// Lets the body move without tools for `ticks` ms.
   FrameResult step_alone(std::size_t ticks, const LocalStep& options);

@@ -24,9 +24,9 @@ void LocalRooms::step(std::span<const Vec3> from, std::span<const Vec3> by, std:
   std::vector<std::exception_ptr> faults(size());
   pool_.run(size(), [&](std::size_t k) {
     try {
-      std::vector<Vec3> path(ticks);
+      std::vector<ToolSample> path(ticks);
       for (std::size_t t = 0; t < ticks; ++t)
-        path[t] = from[k] + (static_cast<double>(t + 1) / static_cast<double>(ticks)) * by[k];
+        path[t].position = from[k] + (static_cast<double>(t + 1) / static_cast<double>(ticks)) * by[k];
       const LocalTool tool{1, path};
       const FrameResult result = rooms_[k]->step(std::span(&tool, 1), {.patches = false, .shape = false});
       tools[k] = {result.stations.front().force, result.stations.front().contact, result.failed};

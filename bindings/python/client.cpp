@@ -31,10 +31,10 @@ py::dict status_of(const LiveStation& station) {
 }
 
 Felt follow(LiveStation& station, const Positions& path) {
-  const std::span<const Vec3> positions = positions_of(path, "path");
+  const std::vector<ToolSample> poses = poses_of(path, "path");
   const py::gil_scoped_release others_run;
-  Felt felt{std::vector<TickOutput>(positions.size()), 0};
-  felt.late = station.follow(positions, felt.ticks);
+  Felt felt{std::vector<TickOutput>(poses.size()), 0};
+  felt.late = station.follow(poses, felt.ticks);
   return felt;
 }
 
@@ -50,6 +50,10 @@ void add_client(py::module_& module) {
       .def_property_readonly(
           "force", [](py::object self) { return vector(self.cast<const TickOutput&>().force, self); },
           "Force on the tool, (3,) [N].")
+      .def_property_readonly(
+          "torque", [](py::object self) { return vector(self.cast<const TickOutput&>().torque, self); },
+          "Torque on an instrument, about the tool point, (3,) [N m].")
+      .def_readonly("grip", &TickOutput::grip, "Moment of jaws, positive where it opens them [N m].")
       .def_readonly("contact", &TickOutput::contact, "True when the tool touches.")
       .def_readonly("has_patch", &TickOutput::has_patch, "False while no patch has arrived: then there is no force.")
       .def_property_readonly(
@@ -57,6 +61,8 @@ void add_client(py::module_& module) {
 
   py::class_<Felt>(module, "Felt", "What a hand felt along a path, a tick a millisecond. Arrays are read-only views.")
       .def_property_readonly("force", of_ticks(&TickOutput::force), "Forces on the tool, (ticks, 3) [N].")
+      .def_property_readonly("torque", of_ticks(&TickOutput::torque), "Torques on an instrument, (ticks, 3) [N m].")
+      .def_property_readonly("grip", of_ticks(&TickOutput::grip), "Moments of jaws, positive where they open, (ticks,) [N m].")
       .def_property_readonly("contact", of_ticks(&TickOutput::contact), "Contact, (ticks,).")
       .def_property_readonly("has_patch", of_ticks(&TickOutput::has_patch), "False while no patch had arrived, (ticks,).")
       .def_readonly("late", &Felt::late, "Ticks that came too late and were skipped.");
@@ -95,14 +101,16 @@ void add_client(py::module_& module) {
           "home", [](const LiveStation& station) { return py::array_t<double>(3, station.status().welcome.home.data()); },
           "Start of a tool in this room, (3,) [m]; valid after wait().")
       .def(
-          "tick", [](LiveStation& station, const Positions& position) { return station.tick(position_of(position, "position")); },
-          py::arg("position"),
-          "Runs the tick of the present millisecond with the tool at position, (3,) [m], and returns the Tick; at most one tick "
-          "a\n"
-          "millisecond runs.")
+          "tick", [](LiveStation& station, const Positions& pose) { return station.tick(pose_of(pose, "pose")); },
+          py::arg("pose"),
+          "Runs the tick of the present millisecond with the tool at pose, (3,) [m], and returns the Tick; at most one tick a\n"
+          "millisecond runs. For an instrument (7,) or (8,), as in Room.step. A position that is not finite or beyond 10 m "
+          "counts\n"
+          "as a tool that stands still.")
       .def("follow", &follow, py::arg("path"),
            "Moves the tool along path, (n, 3) [m], a millisecond each, in real time and without the interpreter's lock; returns "
-           "Felt.")
+           "Felt.\n"
+           "For an instrument (n, 7) or (n, 8), as in Room.step.")
       .def("leave", &LiveStation::leave, py::call_guard<py::gil_scoped_release>(),
            "Says goodbye to the server. So does the end of a `with` block.")
       .def("__enter__", [](py::object self) { return self; })

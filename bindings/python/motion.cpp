@@ -14,12 +14,17 @@ namespace {
 using Times = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 Motion motion_of(const Times& t_s, const Positions& positions) {
-  const std::span<const Vec3> at = positions_of(positions, "positions");
+  const std::vector<ToolSample> at = poses_of(positions, "positions");
   if (t_s.ndim() != 1 || static_cast<std::size_t>(t_s.size()) != at.size())
     throw InputError("t_s", "has " + std::to_string(t_s.size()) + " times", std::to_string(at.size()) + ", one a position");
   std::vector<MotionPoint> points;
-  for (std::size_t k = 0; k < at.size(); ++k) points.push_back({t_s.data()[k], at[k]});
-  return Motion(std::move(points));
+  MotionHolds holds;
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    points.push_back({t_s.data()[k], at[k].position});
+    if (at[k].orientation) holds.orientations.emplace_back(*at[k].orientation);
+    if (positions.shape(1) == kPoseColumns) holds.openings.push_back(at[k].opening);
+  }
+  return Motion(std::move(points), std::move(holds));
 }
 
 Motion gesture_named(const Scene& scene, const std::string& name) {
@@ -32,9 +37,16 @@ Motion gesture_named(const Scene& scene, const std::string& name) {
 
 py::array_t<double> path_of(const Motion& motion) {
   const auto ticks = static_cast<py::ssize_t>(motion.duration().count() / 1000) + 1;
-  py::array_t<double> path({ticks, py::ssize_t{3}});
-  auto* position = reinterpret_cast<Vec3*>(path.mutable_data());
-  for (py::ssize_t k = 0; k < ticks; ++k) *position++ = motion.position(Micros{1000 * k});
+  const bool jaws = !motion.holds().openings.empty();
+  const py::ssize_t columns = jaws ? kPoseColumns : motion.holds().orientations.empty() ? 3 : 7;
+  py::array_t<double> path({ticks, columns});
+  for (py::ssize_t k = 0; k < ticks; ++k) {
+    const Micros t{1000 * k};
+    double* row = path.mutable_data() + k * columns;
+    std::copy_n(motion.position(t).data(), 3, row);
+    if (columns > 3) std::copy_n(motion.orientation(t).value_or(Rotation::Identity()).coeffs().data(), 4, row + 3);
+    if (jaws) row[7] = motion.opening(t);
+  }
   return path;
 }
 
@@ -44,15 +56,14 @@ void add_motion(py::module_& module) {
   py::class_<Motion>(
       module, "Motion",
       "Positions of a tool over time, linear in between.\n\n"
-      "Motion(t_s, positions): times from 0, ascending, (n,) [s], and positions, (n, 3) [m]. Raises InputError unless\n"
-      "there are at least two, finite and within 10 m.")
+      "Motion(t_s, positions): times from 0, ascending, (n,) [s], and positions, (n, 3) [m], or poses, (n, 7) or (n, 8), as in\n"
+      "Room.step. Raises InputError unless there are at least two, finite and within 10 m.")
       .def(py::init(&motion_of), py::arg("t_s"), py::arg("positions"))
       .def_static(
           "read", [](const std::filesystem::path& file) { return read_motion(file); }, py::arg("file"),
           "Reads a CSV file t_s,x_m,y_m,z_m, which may have further columns: qx,qy,qz,qw (the tool's orientation), buttons (bit "
           "n:\n"
-          "button n) and opening (of jaws). write() keeps them, and replay() plays them; path() and positions have positions "
-          "alone.\n"
+          "button n) and opening (of jaws). write() keeps them, and replay() plays them.\n"
           "Raises InputError with file and line.")
       .def(
           "write", [](const Motion& motion, const std::filesystem::path& file) { write_motion(file, motion); }, py::arg("file"),
@@ -70,7 +81,9 @@ void add_motion(py::module_& module) {
       .def_property_readonly(
           "positions", [](py::object self) { return column(self.cast<const Motion&>().points(), &MotionPoint::position, self); },
           "Positions, (n, 3) [m]. A view.")
-      .def("path", &path_of, "Positions at 0, 1, 2, ... ms, (ticks, 3) [m].");
+      .def("path", &path_of,
+           "Positions at 0, 1, 2, ... ms, (ticks, 3) [m]; (ticks, 7) with orientations, (ticks, 8) with openings of jaws as "
+           "well.");
 }
 
 }  // namespace palpate::python

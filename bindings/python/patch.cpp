@@ -1,4 +1,5 @@
 // Patch, a reduced model of the body at a tool, and Player, which plays it.
+#include "bindings/core/local_room.hpp"
 #include "bindings/python/arrays.hpp"
 #include "bindings/python/frames.hpp"
 #include "bindings/python/module.hpp"
@@ -28,29 +29,26 @@ py::array patch_triangles(const FramePatch& patch, py::handle owner) {
   return view(surface.triangles.front().data(), {surface.triangle_count, 3}, {sizeof(Triangle), sizeof(std::uint32_t)}, owner);
 }
 
-void check_path(std::span<const Vec3> path) {
-  for (std::size_t k = 0; k < path.size(); ++k)
-    if (!in_world(path[k]))
-      throw InputError("path[" + std::to_string(k) + "]", "is not finite or not in the world", "coordinates within 10 m");
-}
-
 /// Plays a patch along a path, a tick a position.
 py::tuple play(PatchPlayer& player, const Positions& path) {
-  const std::span<const Vec3> positions = positions_of(path, "path");
-  check_path(positions);
-  py::array_t<double> forces({static_cast<py::ssize_t>(positions.size()), py::ssize_t{3}});
-  py::array_t<bool> contact(static_cast<py::ssize_t>(positions.size()));
+  const std::vector<ToolSample> poses = poses_of(path, "path");
+  for (std::size_t k = 0; k < poses.size(); ++k) check_pose(poses[k], "path[" + std::to_string(k) + "]");
+  const auto ticks = static_cast<py::ssize_t>(poses.size());
+  py::array_t<double> forces({ticks, py::ssize_t{3}}), torques({ticks, py::ssize_t{3}});
+  py::array_t<bool> contact(ticks);
   auto* force = reinterpret_cast<Vec3*>(forces.mutable_data());
+  auto* torque = reinterpret_cast<Vec3*>(torques.mutable_data());
   bool* touches = contact.mutable_data();
   {
     const py::gil_scoped_release others_run;
-    for (const Vec3& position : positions) {
-      const PlayerOutput out = player.advance({player.time() + kTick, position});
+    for (const ToolSample& pose : poses) {
+      const PlayerOutput out = player.advance({player.time() + kTick, pose.position, pose.orientation, pose.opening});
       *force++ = out.force;
+      *torque++ = out.torque;
       *touches++ = out.contact;
     }
   }
-  return py::make_tuple(std::move(forces), std::move(contact));
+  return py::make_tuple(std::move(forces), std::move(contact), std::move(torques));
 }
 
 }  // namespace
@@ -110,9 +108,10 @@ void add_patch(py::module_& module) {
           "contact", [](const PatchPlayer& player) { return player.output().contact; },
           "True when the tool touches at the last tick.")
       .def("play", &play, py::arg("path"),
-           "Moves the tool along path, (n, 3) [m], a position every millisecond after t_s.\n\n"
-           "Returns the forces on the tool, (n, 3) [N], and whether it touches, (n,). Runs without the interpreter's lock; a\n"
-           "contiguous array of doubles is read in place. Raises InputError for another shape or a position that is not finite.");
+           "Moves the tool along path, (n, 3) [m], a position every millisecond after t_s; (n, 7) or (n, 8) as in Room.step.\n\n"
+           "Returns the forces on the tool, (n, 3) [N], whether it touches, (n,), and the torques on an instrument, (n, 3) [N "
+           "m].\n"
+           "Runs without the interpreter's lock. Raises InputError for another shape or poses that are none.");
 }
 
 }  // namespace palpate::python

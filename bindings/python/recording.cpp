@@ -50,6 +50,12 @@ auto series(std::vector<Item> SessionHand::*items, Member Item::*member) {
       [=](py::object self) { return column(std::span<const Item>(self.cast<const RecordedHand&>().hand->*items), member, self); };
 }
 
+py::array orientations_of(py::object self) {
+  const std::vector<SessionTurn>& turns = self.cast<const RecordedHand&>().hand->turns;
+  return view(turns.empty() ? nullptr : turns.front().turn.coeffs().data(), {static_cast<py::ssize_t>(turns.size()), 4},
+              {sizeof(SessionTurn), sizeof(double)}, self);
+}
+
 py::list hands_of(const Held& recording) {
   py::list hands;
   for (const SessionHand& hand : recording->session().hands) hands.append(RecordedHand{recording, &hand});
@@ -114,6 +120,13 @@ void add_recording(py::module_& module) {
                              "Positions of the tool, (n, 3) [m].")
       .def_property_readonly("force_t_s", series(&SessionHand::forces, &SessionForce::t_s), "Times of the forces, (m,) [s].")
       .def_property_readonly("forces", series(&SessionHand::forces, &SessionForce::force), "Forces on the tool, (m, 3) [N].")
+      .def_property_readonly("torques", series(&SessionHand::forces, &SessionForce::torque),
+                             "Torques on an instrument at these times, (m, 3) [N m].")
+      .def_property_readonly("turn_t_s", series(&SessionHand::turns, &SessionTurn::t_s),
+                             "Times of the orientations, (k,) [s]; none where the device had none.")
+      .def_property_readonly("orientations", &orientations_of, "Orientations x, y, z, w at these times, (k, 4).")
+      .def_property_readonly("openings", series(&SessionHand::turns, &SessionTurn::opening),
+                             "Openings of jaws at these times, (k,).")
       .def_property_readonly("contact", series(&SessionHand::forces, &SessionForce::contact), "Contact at these times, (m,).");
 
   hand.def(

@@ -119,12 +119,19 @@ void add_replay(py::module_& module) {
       .def_property_readonly("felt", of_ticks(&ReplayTick::felt), "Force that the hand felt, (ticks, 3) [N].")
       .def_property_readonly("reference", of_ticks(&ReplayTick::reference),
                              "Force of the full model on the same path, (ticks, 3) [N].")
+      .def_property_readonly("felt_torque", of_ticks(&ReplayTick::felt_torque),
+                             "Torque that the hand felt of an instrument, about the tool point, (ticks, 3) [N m].")
+      .def_property_readonly("reference_torque", of_ticks(&ReplayTick::reference_torque),
+                             "Torque of the full model on the same path, (ticks, 3) [N m].")
       .def_property_readonly("contact", of_ticks(&ReplayTick::contact), "Contact as felt, (ticks,).")
       .def_property_readonly("reference_contact", of_ticks(&ReplayTick::true_contact), "Contact of the full model, (ticks,).")
       .def_property_readonly("patch_age_us", &ages_of, "Age of the patch in use, (ticks,) [us]; -1: none yet.")
       .def_property_readonly(
           "snr_db", [](const ReplayResult& r) { return r.fidelity.snr_db; },
           "Accuracy of the felt force [dB]: 20 dB is an error of a tenth (bench/fidelity/metrics.hpp).")
+      .def_property_readonly(
+          "torque_snr_db", [](const ReplayResult& r) { return r.torque.snr_db; },
+          "Accuracy of the felt torque of an instrument [dB]; 0 where there was none.")
       .def_property_readonly(
           "rel_rms", [](const ReplayResult& r) { return r.fidelity.rel_rms; },
           "Root of the mean squared error over that of the reference.")

@@ -9,17 +9,13 @@ namespace palpate::python {
 namespace {
 
 /// Tools of a step: an array is the path of tool 1; a dict has paths by id.
-struct Paths {
-  std::vector<Positions> arrays;  ///< keeps the memory
-  std::vector<LocalTool> tools;
-};
+using Paths = std::vector<std::pair<StationId, std::vector<ToolSample>>>;
 
 void add(Paths& paths, StationId id, const py::handle& path) {
   const std::string where = "path of tool " + std::to_string(id);
-  Positions array = Positions::ensure(path);
+  const Positions array = Positions::ensure(path);
   if (!array) throw InputError(where, "is no array of numbers", "an array of the shape (n, 3) [m]");
-  paths.tools.push_back({id, positions_of(array, where)});
-  paths.arrays.push_back(std::move(array));
+  paths.emplace_back(id, poses_of(array, where));
 }
 
 StationId tool_named(const py::handle& key) {
@@ -48,8 +44,10 @@ Frame step(LocalRoom& room, const py::object& given, bool patches, const std::st
            bool shape) {
   const LocalStep options = options_of(patches, scheme, order, horizon_s, shape);
   const Paths paths = paths_of(given);
+  std::vector<LocalTool> tools;
+  for (const auto& [id, path] : paths) tools.push_back({id, path});
   const py::gil_scoped_release others_run;
-  return std::make_shared<FrameResult>(room.step(paths.tools, options));
+  return std::make_shared<FrameResult>(room.step(tools, options));
 }
 
 Frame step_alone(LocalRoom& room, std::size_t ticks, bool shape) {
@@ -86,6 +84,14 @@ void add_room(py::module_& module) {
       .def_property_readonly(
           "force", [](py::object self) { return vector(self.cast<const FrameTool&>()->force, self); },
           "Force of the full model on it, (3,) [N].")
+      .def_property_readonly(
+          "torque", [](py::object self) { return vector(self.cast<const FrameTool&>()->torque, self); },
+          "Torque of the full model on an instrument, about the tool point, (3,) [N m].")
+      .def_property_readonly(
+          "orientation", [](py::object self) { return quaternion(self.cast<const FrameTool&>()->turn, self); },
+          "Its orientation, a quaternion x, y, z, w from its frame to that of the scene, (4,).")
+      .def_property_readonly(
+          "opening", [](const FrameTool& tool) { return tool->opening; }, "Opening of its jaws, 0 to 1.")
       .def_property_readonly(
           "contact", [](const FrameTool& tool) { return tool->contact; }, "True when it touches or holds the body.")
       .def_property_readonly("patch", &patch_of, "Its patch; None when it is out of reach, or patches were not wanted.");
@@ -129,11 +135,13 @@ void add_room(py::module_& module) {
           py::arg("shape") = usual.shape,
           "Moves tools and body, and returns the Frame at the end.\n\n"
           "path: positions of tool 1 at t_s + 1 ms, t_s + 2 ms, ..., (n, 3) [m], 1 to 1000 of them; or a dict of such paths by\n"
-          "tool (1, 2, ...). A tool that was not in the last step starts at its first position; one that is missing is removed.\n"
+          "tool (1, 2, ...). For an instrument (n, 7), with the orientation x, y, z, w of a quaternion, or (n, 8), with the\n"
+          "opening of jaws, 0 to 1; without orientation it stands upright. A tool that was not in the last step starts at its "
+          "first position; one that is missing is removed.\n"
           "patches: make a patch for each tool, by scheme (hold, tangent, ring, port, hyper), with order states (0: as the "
           "scheme\n"
           "has them), that predicts the hands for horizon_s [s]. shape: copy the positions of all vertices.\n"
-          "Raises InputError for paths of other shapes and positions that are not finite or beyond 10 m.")
+          "Raises InputError for paths of other shapes and poses that are none, as positions that are not finite or beyond 10 m.")
       .def("step_alone", &step_alone, py::arg("ticks"), py::kw_only(), py::arg("shape") = usual.shape,
            "Lets the body move without tools for ticks milliseconds (1 to 1000), and returns the Frame.")
       .def("reset", &LocalRoom::reset,

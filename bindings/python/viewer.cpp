@@ -61,6 +61,18 @@ void add_viewer(py::module_& module) {
           "force", [](py::object self) { return vector(self.cast<const ViewedTool&>().tool->force, self); },
           "Force on it, (3,) [N].")
       .def_property_readonly(
+          "torque", [](py::object self) { return vector(self.cast<const ViewedTool&>().tool->torque, self); },
+          "Torque on an instrument, about the tool point, (3,) [N m].")
+      .def_property_readonly(
+          "orientation",
+          [](py::object self) -> py::object {
+            const Orientation& turn = self.cast<const ViewedTool&>().tool->orientation;
+            return turn ? py::object(quaternion(*turn, self)) : py::none();
+          },
+          "Its orientation, a quaternion x, y, z, w, (4,); None where its device has none.")
+      .def_property_readonly(
+          "opening", [](const ViewedTool& t) { return t.tool->opening; }, "Opening of its jaws, 0 to 1.")
+      .def_property_readonly(
           "contact", [](const ViewedTool& t) { return t.tool->contact; }, "True when it touches.");
 
   py::class_<View>(module, "View", "The body at one moment. It stays as it is when the viewer updates.")

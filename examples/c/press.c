@@ -23,26 +23,27 @@ int main(int argc, char** argv) {
   palpate_scene* scene;
   palpate_body* body;
   palpate_player* player = NULL;
-  double home[3], force[3];
+  double home[3];
+  palpate_tick felt = {.size = sizeof felt};
   const uint32_t hand = 1;
   check(palpate_scene_open(argv[1], &scene));
   check(palpate_scene_home(scene, home));
   check(palpate_body_new(scene, &body));
   palpate_scene_free(scene);
   for (int frame = 0; frame < kFrames; ++frame) {
-    double path[kTicks][3]; /* down by 30 mm within a second */
+    palpate_pose path[kTicks] = {0}; /* down by 30 mm within a second */
     for (int tick = 0; tick < kTicks; ++tick) {
-      path[tick][0] = home[0];
-      path[tick][1] = home[1];
-      path[tick][2] = home[2] - 0.03 * (frame * kTicks + tick + 1) / (kFrames * kTicks);
-      if (player)
-        check(palpate_player_tick(player, path[tick], force, NULL)); /* what the hand feels, with the last frame's patch */
+      double* position = path[tick].position_m;
+      position[0] = home[0];
+      position[1] = home[1];
+      position[2] = home[2] - 0.03 * (frame * kTicks + tick + 1) / (kFrames * kTicks);
+      if (player) check(palpate_player_tick(player, &path[tick], &felt)); /* what the hand feels, with the last frame's patch */
     }
-    check(palpate_body_step(body, NULL, 1, &hand, kTicks, path[0]));
+    check(palpate_body_step(body, NULL, 1, &hand, kTicks, path));
     palpate_tool tool = {.size = sizeof tool};
     check(palpate_body_tool(body, hand, &tool));
     printf("%4d ms: %.3f N", 50 * (frame + 1), tool.force_n[2]);
-    if (player) printf(", felt %.3f N", force[2]);
+    if (player) printf(", felt %.3f N", felt.force_n[2]);
     printf("\n");
     palpate_player_free(player);
     player = NULL;

@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   palpate_client_options options = {.size = sizeof options, .server = argv[1], .station = "c"};
   palpate_viewer_options viewing = {.size = sizeof viewing, .server = argv[1]};
   palpate_tick tick = {.size = sizeof tick};
+  palpate_pose pose = {0};
   double home[3], most_n = 0;
   check(palpate_client_join(&options, &client));
   check(palpate_client_wait(client, 10));
@@ -43,16 +44,17 @@ int main(int argc, char** argv) {
   check(palpate_viewer_join(&viewing, &viewer));
   check(palpate_viewer_wait(viewer, 10));
 
+  for (int axis = 0; axis < 3; ++axis) pose.position_m[axis] = home[axis];
   struct timespec due;
   clock_gettime(CLOCK_MONOTONIC, &due);
   for (int k = 0; k < 10000 && !tick.has_patch; ++k) { /* at rest until the first patch is there */
     wait_for_next_tick(&due);
-    check(palpate_client_tick(client, home, &tick));
+    check(palpate_client_tick(client, &pose, &tick));
   }
   for (int k = 0; k <= 1000; ++k) {
-    const double position[3] = {home[0], home[1], home[2] + 0.01 * k / 1000};
+    pose.position_m[2] = home[2] + 0.01 * k / 1000;
     wait_for_next_tick(&due);
-    check(palpate_client_tick(client, position, &tick));
+    check(palpate_client_tick(client, &pose, &tick));
     const double n =
         sqrt(tick.force_n[0] * tick.force_n[0] + tick.force_n[1] * tick.force_n[1] + tick.force_n[2] * tick.force_n[2]);
     if (n > most_n) most_n = n;

@@ -46,7 +46,7 @@ assert differences(recorded, present) == "", differences(recorded, present)
 
 # Planted changes are found: a name that left, a struct that grew, a parameter that is another one.
 text = recorded.read_text()
-for old, new in (("palpate_body_reset", "palpate_body_restart"), ("name='palpate_tick' size-in-bits='384'", "name='palpate_tick' size-in-bits='320'"),
+for old, new in (("palpate_body_reset", "palpate_body_restart"), ("name='palpate_tick' size-in-bits='640'", "name='palpate_tick' size-in-bits='384'"),
                  ("name='ticks'/>", "name='ticks'/><parameter type-id='type-id-1' name='more'/>")):
     assert old in text, old
     planted = places.work / "planted.abi"

@@ -54,7 +54,9 @@ static palpate_body* press(const char* scene_file, const char* folder) {
   palpate_scene* scene;
   palpate_body* body;
   palpate_player* player;
-  double home[3], at[3], force[3];
+  double home[3];
+  palpate_pose at = {0};
+  palpate_tick felt = {.size = sizeof felt};
   const uint32_t hand = 1;
   EXPECT(palpate_scene_open(scene_file, &scene) == PALPATE_OK);
   EXPECT(palpate_scene_home(scene, home) == PALPATE_OK);
@@ -70,10 +72,10 @@ static palpate_body* press(const char* scene_file, const char* folder) {
   double* expected = read_numbers(folder, "frame.f64", &numbers);
   palpate_tool tool = {.size = sizeof tool};
   for (int frame = 0; frame < 2; ++frame) {
-    double path[50][3];
-    for (int k = 0; k < 50; ++k) place(home, 50 * frame + k + 1, path[k]);
+    palpate_pose path[50] = {0};
+    for (int k = 0; k < 50; ++k) place(home, 50 * frame + k + 1, path[k].position_m);
     const palpate_step_options options = {.size = sizeof options, .scheme = "hyper", .horizon_s = 0.15};
-    EXPECT(palpate_body_step(body, &options, 1, &hand, 50, path[0]) == PALPATE_OK);
+    EXPECT(palpate_body_step(body, &options, 1, &hand, 50, path) == PALPATE_OK);
     const double* shape;
     size_t count;
     EXPECT(palpate_body_shape(body, &shape, &count) == PALPATE_OK && count == nodes);
@@ -88,17 +90,16 @@ static palpate_body* press(const char* scene_file, const char* folder) {
   expected = read_numbers(folder, "played.f64", &numbers);
   EXPECT(palpate_player_new(body, hand, &player) == PALPATE_OK);
   for (int k = 0; k < 100; ++k) {
-    place(home, 101 + k, at);
-    int32_t contact;
+    place(home, 101 + k, at.position_m);
     counting = 1;
-    EXPECT(palpate_player_tick(player, at, force, &contact) == PALPATE_OK);
+    EXPECT(palpate_player_tick(player, &at, &felt) == PALPATE_OK);
     counting = 0;
-    EXPECT(memcmp(force, expected + 3 * k, sizeof force) == 0);
+    EXPECT(memcmp(felt.force_n, expected + 3 * k, sizeof felt.force_n) == 0);
   }
   free(expected);
   EXPECT(allocations == 0);
-  at[0] = NAN;
-  EXPECT(palpate_player_tick(player, at, force, NULL) == PALPATE_OK && isfinite(force[2]));
+  at.position_m[0] = at.orientation[0] = at.opening = NAN;
+  EXPECT(palpate_player_tick(player, &at, &felt) == PALPATE_OK && isfinite(felt.force_n[2]) && felt.contact);
   palpate_player_free(player);
   return body;
 }
@@ -114,20 +115,26 @@ static void errors(palpate_body* body, const char* scene_file) {
   EXPECT(palpate_body_new(NULL, NULL) == PALPATE_BAD_INPUT && palpate_player_new(NULL, 1, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_client_join(NULL, NULL) == PALPATE_BAD_INPUT && palpate_viewer_join(NULL, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_client_tick(NULL, NULL, NULL) == PALPATE_BAD_INPUT &&
-         palpate_player_tick(NULL, NULL, NULL, NULL) == PALPATE_BAD_INPUT);
+         palpate_player_tick(NULL, NULL, NULL) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_step_alone(NULL, 1) == PALPATE_BAD_INPUT);
   EXPECT(palpate_body_step_alone(body, 0) == PALPATE_BAD_INPUT && palpate_body_step_alone(body, 1001) == PALPATE_BAD_INPUT);
   const uint32_t hand = 1;
-  const double nowhere[3] = {NAN, 0, 0}, here[3] = {0, 0, 0.3};
-  EXPECT(palpate_body_step(body, NULL, 1, &hand, 1, nowhere) == PALPATE_BAD_INPUT &&
+  const palpate_pose nowhere = {.position_m = {NAN, 0, 0}}, here = {.position_m = {0, 0, 0.3}};
+  EXPECT(palpate_body_step(body, NULL, 1, &hand, 1, &nowhere) == PALPATE_BAD_INPUT &&
          strstr(palpate_error(), "path of tool 1[0]"));
-  EXPECT(palpate_body_step(body, NULL, 1, &hand, (size_t)-1, here) == PALPATE_BAD_INPUT);
-  EXPECT(palpate_body_step(body, NULL, (size_t)-1, &hand, 1, here) == PALPATE_BAD_INPUT);
-  EXPECT(palpate_body_step(body, NULL, 0, NULL, 1, here) == PALPATE_BAD_INPUT);
+  const palpate_pose skewed = {.position_m = {0, 0, 0.3}, .orientation = {0, 0, 0, 2}},
+                     wide = {.position_m = {0, 0, 0.3}, .opening = 2};
+  EXPECT(palpate_body_step(body, NULL, 1, &hand, 1, &skewed) == PALPATE_BAD_INPUT &&
+         strstr(palpate_error(), "orientation of path of tool 1[0]: has the length 2"));
+  EXPECT(palpate_body_step(body, NULL, 1, &hand, 1, &wide) == PALPATE_BAD_INPUT && strstr(palpate_error(), "opening of path"));
+  EXPECT(palpate_body_step(body, NULL, 1, &hand, (size_t)-1, &here) == PALPATE_BAD_INPUT);
+  EXPECT(palpate_body_step(body, NULL, (size_t)-1, &hand, 1, &here) == PALPATE_BAD_INPUT);
+  EXPECT(palpate_body_step(body, NULL, 0, NULL, 1, &here) == PALPATE_BAD_INPUT);
   palpate_step_options options = {.size = sizeof options, .scheme = "cube"};
-  EXPECT(palpate_body_step(body, &options, 1, &hand, 1, here) == PALPATE_BAD_INPUT && strstr(palpate_error(), "scheme \"cube\""));
+  EXPECT(palpate_body_step(body, &options, 1, &hand, 1, &here) == PALPATE_BAD_INPUT &&
+         strstr(palpate_error(), "scheme \"cube\""));
   options.size = 0;
-  EXPECT(palpate_body_step(body, &options, 1, &hand, 1, here) == PALPATE_BAD_INPUT && strstr(palpate_error(), "sizeof"));
+  EXPECT(palpate_body_step(body, &options, 1, &hand, 1, &here) == PALPATE_BAD_INPUT && strstr(palpate_error(), "sizeof"));
   int64_t time_us;
   EXPECT(palpate_body_time_us(body, &time_us) == PALPATE_OK && time_us == 100000);
 
@@ -147,7 +154,7 @@ static void errors(palpate_body* body, const char* scene_file) {
   EXPECT(palpate_client_wait(client, 0.5) == PALPATE_FAILED && strcmp(palpate_error(), "nothing listens at 127.0.0.1:9") == 0);
   palpate_tick tick = {.size = sizeof tick};
   counting = 1;
-  EXPECT(palpate_client_tick(client, here, &tick) == PALPATE_OK && !tick.has_patch && tick.force_n[2] == 0);
+  EXPECT(palpate_client_tick(client, &here, &tick) == PALPATE_OK && !tick.has_patch && tick.force_n[2] == 0);
   counting = 0;
   EXPECT(allocations == 0);
   counting = 1;
@@ -193,15 +200,15 @@ static void serve(const char* scene_file) {
   palpate_viewer* viewer;
   const palpate_client_options joining = {.size = sizeof joining, .server = address, .station = "hand", .room = "right"};
   const palpate_viewer_options viewing = {.size = sizeof viewing, .server = address, .room = "right"};
-  double home[3];
+  palpate_pose home = {0};
   palpate_tick tick = {.size = sizeof tick};
   EXPECT(palpate_client_join(&joining, &client) == PALPATE_OK && palpate_client_wait(client, 30) == PALPATE_OK);
-  EXPECT(palpate_client_home(client, home) == PALPATE_OK);
+  EXPECT(palpate_client_home(client, home.position_m) == PALPATE_OK);
   EXPECT(palpate_viewer_join(&viewing, &viewer) == PALPATE_OK && palpate_viewer_wait(viewer, 30) == PALPATE_OK);
   size_t tools = 0;
   for (int k = 0; k < 1000 && tools == 0; ++k) {
     int32_t shown;
-    EXPECT(palpate_client_tick(client, home, &tick) == PALPATE_OK);
+    EXPECT(palpate_client_tick(client, &home, &tick) == PALPATE_OK);
     EXPECT(palpate_viewer_update(viewer, 0.02, &shown) == PALPATE_OK);
     EXPECT(palpate_viewer_tools(viewer, &tools) == PALPATE_OK);
   }

@@ -7,6 +7,7 @@ import ast
 import builtins
 import gc
 import inspect
+import json
 import os
 import shutil
 import subprocess
@@ -58,9 +59,9 @@ def check_press(scene):
     same_bits(np.vstack([row for f in frames for row in (f.shape, f.tool().force[None])]), numbers("frame"))
     patch = frames[-1].tool().patch
     assert patch.scheme == "hyper" and patch.nonlinear and patch.stiffness.shape == (patch.modes,)
-    forces, contact = palpate.Player(patch).play(path(scene, 101, 200))
+    forces, contact, torques = palpate.Player(patch).play(path(scene, 101, 200))
     same_bits(forces, numbers("played"))
-    assert contact.any() and np.abs(forces).max() > 0.1
+    assert contact.any() and np.abs(forces).max() > 0.1 and not torques.any()
     return frames[-1]
 
 
@@ -123,7 +124,7 @@ def check_errors(scene):
     up = path(scene, 1, 5)
     expect(palpate.InputError, "path of tool 1[2]", lambda: room.step(np.where(np.arange(5)[:, None] == 2, np.nan, up)))
     expect(palpate.InputError, "shape (3)", lambda: room.step([0, 0, 0]))
-    expect(palpate.InputError, "has 0 positions", lambda: room.step(np.zeros((0, 3))))
+    expect(palpate.InputError, "has 0 poses", lambda: room.step(np.zeros((0, 3))))
     expect(palpate.InputError, "5, as the path of the first tool", lambda: room.step({1: up, 2: up[:4]}))
     expect(palpate.InputError, "at least one", lambda: room.step({}))
     expect(palpate.InputError, "one of hold, tangent, ring, port, hyper", lambda: room.step(up, scheme="cube"))
@@ -217,6 +218,46 @@ env.Press(target_n="much")
 """
 
 
+def posed(positions, turn, opening=None):
+    """Poses of one orientation x, y, z, w."""
+    columns = [positions, np.tile(turn, (len(positions), 1))] + ([] if opening is None else [np.full((len(positions), 1), opening)])
+    return np.hstack(columns)
+
+
+def near(torque, closed):
+    """Within 0.3 %: the spring of a contact passes the sphere's centre closely, not exactly."""
+    return np.abs(torque - closed).max() < 0.003 * np.abs(closed).max()
+
+
+def check_instruments():
+    """A sphere without friction beside the tool point: its torque is that of its force at its centre, for any orientation."""
+    described = json.loads(places.scene("touch-cube").read_text())
+    aside = np.array([0.012, 0.004, 0.006])
+    described["tool"] = {"contact": "touch", "mu": 0, "body": {"spheres": [{"center_m": list(aside), "radius_m": 0.008}]}}
+    scene = palpate.Scene.from_json(json.dumps(described), "aside", [places.scenes])
+    down = scene.home - np.outer(np.arange(1, 151), [0, 0, 0.0003])
+    for angle in (0, 0.5, 2):
+        turn = np.array([0, 0, np.sin(angle / 2), np.cos(angle / 2)])
+        cos, sin = np.cos(angle), np.sin(angle)
+        centre = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]) @ aside
+        room = palpate.Room(scene)
+        for begin in (0, 50, 100):
+            tool = room.step(posed(down[begin : begin + 50], turn)).tool()
+        assert tool.force[2] > 0.1 and np.allclose(tool.orientation, turn) and tool.opening == 0
+        assert near(tool.torque, np.cross(centre, tool.force)), (tool.torque, np.cross(centre, tool.force))
+        forces, contact, torques = palpate.Player(tool.patch).play(posed(np.repeat(down[-1:], 20, axis=0), turn))
+        assert contact.all() and near(torques, np.cross(centre, forces))
+    motion = palpate.Motion(0.001 * np.arange(150), posed(down, turn))
+    assert np.allclose(motion.path(), posed(down, turn)) and motion.path().shape == (150, 7)
+    replayed = palpate.replay(scene, motion, rtt_ms=20)
+    assert near(replayed.reference_torque, np.cross(centre, replayed.reference))
+    assert np.abs(replayed.felt_torque - replayed.reference_torque)[-1].max() < 0.1 * np.abs(replayed.reference_torque[-1]).max()
+    assert palpate.Motion([0, 0.01], posed(down[:2], turn, 0.5)).path().shape == (11, 8)
+    expect(palpate.InputError, "orientation of path of tool 1[0]: has the length 2", lambda: room.step(posed(down[:1], [0, 0, 0, 2])))
+    expect(palpate.InputError, "opening of path of tool 1[0]: is 1.5", lambda: room.step(posed(down[:1], turn, 1.5)))
+    expect(palpate.InputError, "(n, 7) with an orientation", lambda: room.step(np.zeros((4, 5))))
+
+
 def check_documentation():
     """Every public name has a docstring and its type in the stub, and the stub has no others."""
     tree = ast.parse((places.sources / "bindings/python/palpate/__init__.pyi").read_text())
@@ -242,6 +283,7 @@ def main():
     check_views(scene, frame)
     check_errors(scene)
     check_threads(scene)
+    check_instruments()
     check_types()
     check_documentation()
     organ = palpate.Scene.from_json(places.scene("organ").read_text(), "organ", [places.scenes])
