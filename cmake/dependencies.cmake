@@ -24,10 +24,6 @@ target_include_directories(palpate_asio SYSTEM INTERFACE ${ASIO_INCLUDE_DIR})
 # Asio picks std::aligned_alloc by which header came first: units could disagree on what allocates and what frees.
 target_compile_definitions(palpate_asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED ASIO_DISABLE_STD_ALIGNED_ALLOC $<$<CXX_COMPILER_ID:Clang>:ASIO_HAS_CO_AWAIT>)
 target_link_libraries(palpate_asio INTERFACE Threads::Threads)
-# GCC's thread sanitizer warns that it does not model the fences of Asio's handlers. The queues that hand them over have locks.
-if(PALPATE_SANITIZE MATCHES "thread")
-  target_compile_options(palpate_asio INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-tsan>)
-endif()
 
 if(PALPATE_VIEW)
   find_package(glfw3 3.3 REQUIRED)
