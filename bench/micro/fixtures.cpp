@@ -1,5 +1,6 @@
 #include "bench/micro/fixtures.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "bench/micro/timer.hpp"
@@ -97,6 +98,19 @@ Patch grasp_patch() { return patch_after(scene_of("cube6"), motion_of("base-excu
 Patch touch_patch() {
   const Scene scene = scene_of("touch-cube");
   return patch_after(scene, above(scene, motion_of("press"), 0.001), 1.0);
+}
+
+Patch eight_touch_patch() {
+  constexpr double kApartM = 0.006, kRadiusM = 0.004, kBow_1_m = 10;
+  Scene scene = scene_of("touch-cube");
+  for (int k = 0; k < static_cast<int>(kMaxToolSpheres); ++k) {
+    const double x = kApartM * (k % 4 - 1.5), y = kApartM * (k / 4 - 0.5);
+    scene.tool.shape.push_back({.centre = {x, y, kRadiusM + kBow_1_m * (x * x + y * y)}, .radius_m = kRadiusM});
+  }
+  const Patch patch = patch_after(scene, above(scene, motion_of("press"), 0.001), 1.0);
+  if (!patch.touching || std::ranges::any_of(patch.others.tools(), [](const OtherContact& o) { return !o.touching; }))
+    throw std::runtime_error("not all of the eight spheres touch");
+  return patch;
 }
 
 }  // namespace palpate

@@ -43,8 +43,10 @@ class FrameDriver {
 /// Newest patch of `scene` after `seconds` of `motion`. Throws std::runtime_error if there is none.
 Patch patch_after(const Scene& scene, const Motion& motion, double seconds);
 
-/// grasp_patch(): 22 states, cube6 under base-excursion. touch_patch(): 16 states, touch-cube, pressed.
+/// grasp_patch(): 22 states, cube6 under base-excursion. touch_patch(): 16 states, touch-cube, pressed. eight_touch_patch(): the
+/// same under a bowed plate of eight spheres, which all touch.
 Patch grasp_patch();
 Patch touch_patch();
+Patch eight_touch_patch();
 
 }  // namespace palpate

@@ -4,7 +4,8 @@
 //            bytes  8 (n^2 + 15 n + 24)      Phi, inputs and drift, z read and written, B_k and B_d, K_p and D_p, tool
 //   touch    flops  2 n^2 + 6 r V            Phi z; R_i q for every vertex
 //     free     + 75 T                        nearest point of every triangle
-//     contact  + 6 n r + 36 r + 6 n + 400    Psi0 R^T; R and R Psi0_q R^T; response lambda; normals and contact law
+//     contact  + 6 n r + 36 r + 6 n + 400    Psi0 R^T; R and R Psi0_q R^T; response lambda; normals and contact law; for each
+//     contact
 //            bytes  8 (n^2 + 3 n + 3 r V + 6 V + T)   and in contact + 8 n r (Psi0)
 //
 // Everything is read from the first-level cache when ticks follow each other at once, so the roofline is that cache's. `cold`
@@ -24,10 +25,10 @@
 namespace palpate {
 namespace {
 
-enum class Case { attach, stick, slide, free };
-constexpr Case kCases[] = {Case::attach, Case::stick, Case::slide, Case::free};
+enum class Case { attach, stick, slide, free, eight };
+constexpr Case kCases[] = {Case::attach, Case::stick, Case::slide, Case::free, Case::eight};
 std::string name_of(Case c) {
-  constexpr const char* kNames[] = {"attach", "touch_stick", "touch_slide", "touch_free"};
+  constexpr const char* kNames[] = {"attach", "touch_stick", "touch_slide", "touch_free", "touch_eight"};
   return kNames[static_cast<std::size_t>(c)];
 }
 
@@ -39,7 +40,7 @@ struct TickCase {
 
 TickCase make_case(Case c) {
   TickCase result;
-  result.patch = c == Case::attach ? grasp_patch() : touch_patch();
+  result.patch = c == Case::attach ? grasp_patch() : c == Case::eight ? eight_touch_patch() : touch_patch();
   if (c == Case::stick) result.patch.friction = 10;
   if (c == Case::slide) result.patch.friction = 0.05;
   const double radius_m = c == Case::slide ? 0.004 : 0.0005;
@@ -57,7 +58,8 @@ Work work_of(Case c, const Patch& patch) {
   if (c == Case::attach) return {2 * n * n + 24 * n + 36, 8 * (n * n + 15 * n + 24)};
   const Work common{2 * n * n + 6 * r * v, 8 * (n * n + 3 * n + 3 * r * v + 6 * v + t)};
   if (c == Case::free) return {common.flops + 75 * t, common.bytes};
-  return {common.flops + 6 * n * r + 36 * r + 6 * n + 400, common.bytes + 8 * n * r};
+  const double contacts = 1 + patch.others.count;
+  return {common.flops + contacts * (6 * n * r + 36 * r + 6 * n + 400), common.bytes + 8 * n * r};
 }
 
 /// Moves the tool along its path, one tick per call.
