@@ -1,7 +1,10 @@
 // Tools with a body in a room: spheres on a flat block against the point tool, symmetry, and what the player makes of patches.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "common/player/player.hpp"
 #include "server/room/room.hpp"
@@ -19,8 +22,8 @@ constexpr StationId kHolder = 3;
 /// A block, its top at z = 0.06 between 0 and 0.06 m, and one tool on it.
 class Handled {
  public:
-  explicit Handled(const ToolShape& shape, double friction = 0.3) {
-    Scene scene = box_scene(ContactKind::touch);
+  explicit Handled(const ToolShape& shape, double friction = 0.3) : Handled(box_scene(ContactKind::touch), shape, friction) {}
+  Handled(Scene scene, const ToolShape& shape, double friction) {
     scene.tool.shape = shape;
     scene.tool.friction = friction;
     room_.emplace(scene);
@@ -288,4 +291,41 @@ TEST_CASE("A player whose jaws pinch a block's edge from both sides feels what t
   REQUIRE(grip_peak > 0.02);
   CHECK(grip_error < 0.15 * grip_peak);
   CHECK(error < 0.15 * peak);
+}
+
+TEST_CASE("A tool that lies on two bodies feels the sum of what it feels on each alone, in the room and with a patch") {
+  const auto block = [](double from_x_m, double young_pa) {
+    return fmt::format(
+        R"({{"name": "block at {}", "lattice": {{"nodes": [5, 5, 5], "size_m": [0.04, 0.04, 0.04], "origin_m": [{}, -0.02, 0], "fixed_faces": ["z-"],
+                          "solid": {{"young_pa": {}, "poisson": 0.4, "damping_s": 0.01}}}}}})",
+        from_x_m, from_x_m, young_pa);
+  };
+  const auto scene = [](const std::string& bodies) {
+    return read_scene(R"({"bodies": [)" + bodies + R"(], "tool": {"contact": "touch", "mu": 0}})", "blocks");
+  };
+  const std::string soft = block(-0.05, 8000), firm = block(0.01, 16'000);
+  const ToolSphere left{Vec3(-0.03, 0, 0.005), 0.005}, right{Vec3(0.03, 0, 0.005), 0.005};
+  Handled both(scene(soft + "," + firm), {left, right}, 0), on_soft(scene(soft), {left}, 0), on_firm(scene(firm), {right}, 0);
+  const Vec3 down(0, 0, 0.035);
+  const ToolPose pressed(down, about(Vec3::UnitY(), 0.03));
+  const auto touched = [&](Handled& handled) {
+    handled.held(pressed);
+    return handled.frame([&](Micros) { return pressed; }, Scheme::hyper).stations.front();
+  };
+  const StationFrame sum = touched(both), a = touched(on_soft), b = touched(on_firm);
+  REQUIRE(a.force.z() > 0.1);
+  REQUIRE(b.force.z() > 0.1);
+  CHECK((sum.force - a.force - b.force).norm() < 1e-3 * sum.force.norm());
+  CHECK((sum.torque - a.torque - b.torque).norm() < 1e-3 * sum.torque.norm());
+  REQUIRE(sum.patch);
+  CHECK(sum.patch->others.own == 1);
+  PatchPlayer of_both(*sum.patch, sum.terms), of_a(*a.patch, a.terms), of_b(*b.patch, b.terms);
+  for (int ms = 1; ms <= 100; ++ms) {
+    const Vec3 deeper = down - Vec3(0, 0, 0.003 * std::min(ms / 60.0, 1.0));
+    for (PatchPlayer* player : {&of_both, &of_a, &of_b}) player->advance({player->time() + kTick, deeper, pressed.turn});
+    const PlayerOutput &s = of_both.output(), &x = of_a.output(), &y = of_b.output();
+    CHECK((s.force - x.force - y.force).norm() < 0.05 * s.force.norm());
+    CHECK((s.torque - x.torque - y.torque).norm() < 0.05 * s.torque.norm());
+  }
+  CHECK(of_both.output().force.z() > 1.2 * sum.force.z());
 }
