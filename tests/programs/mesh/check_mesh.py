@@ -4,10 +4,12 @@ usage: check_mesh.py DEV PALPATE_SERVER WORK
 """
 
 import json
+import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import time
 
 import numpy
 
@@ -140,6 +142,32 @@ def check_refused(dev, work):
         assert done.returncode == 2 and word in done.stderr, done
 
 
+def check_stopped(dev, work):
+    """Gmsh ends with the command, and its files go: here a stand-in for one that does not end by itself."""
+    write_stl(work / "ball.stl", sphere(3))
+    stuck = work / "stuck"
+    stuck.mkdir()
+    (stuck / "gmsh").write_text(f"#!/bin/sh\necho $$ > {work}/pid\nexec sleep 100\n")
+    (stuck / "gmsh").chmod(0o755)
+    (work / "temporary").mkdir()
+    environment = {**os.environ, "PATH": f"{stuck}:{os.environ['PATH']}", "TMPDIR": str(work / "temporary")}
+    running = subprocess.Popen([dev, "--no-install", "mesh", work / "ball.stl", str(EDGE), work / "ball.msh"], env=environment)
+    until(lambda: (work / "pid").exists() and (work / "pid").read_text().endswith("\n"))
+    gmsh = pathlib.Path("/proc") / (work / "pid").read_text().strip()
+    assert gmsh.exists()
+    running.terminate()
+    assert running.wait() == 143
+    until(lambda: not gmsh.exists())
+    assert not any((work / "temporary").iterdir())
+
+
+def until(what, most_s=60):
+    end = time.monotonic() + most_s
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
 def main():
     dev, server, work = map(pathlib.Path, sys.argv[1:])
     if not shutil.which("gmsh"):
@@ -151,6 +179,7 @@ def main():
     check_shells(dev, work)
     check_turned(dev, work)
     check_refused(dev, work)
+    check_stopped(dev, work)
 
 
 if __name__ == "__main__":
