@@ -17,12 +17,18 @@ void set_materials(LumpedBody& body, const MeshBodySettings& settings, const Sce
   body.materials = {settings.solid.material};
   std::map<std::uint32_t, std::uint32_t> of_region;
   for (const Tetrahedron& t : body.tetrahedra) of_region[t.material] = 0;
+  std::string regions;
+  for (const auto& [region, material] : of_region) {
+    constexpr std::size_t kNamed = 60;  // bytes
+    regions += (regions.empty() ? "" : ", ") + (regions.size() < kNamed ? std::to_string(region) : std::string("..."));
+    if (regions.size() > kNamed) break;
+  }
   for (std::size_t i = 0; i < settings.regions.size(); ++i) {
     const int id = settings.regions[i].id;
     const auto region = of_region.find(static_cast<std::uint32_t>(id));
     if (id < 0 || region == of_region.end()) {
       const std::string path = "body.mesh.regions[" + std::to_string(i) + "].id";
-      text.refuse(path, path + " is " + std::to_string(id) + ", which no tetrahedron has", "a region of the mesh");
+      text.refuse(path, path + " is " + std::to_string(id) + ", which no tetrahedron has", "a region of the mesh: " + regions);
     }
     region->second = static_cast<std::uint32_t>(body.materials.size());
     body.materials.push_back(settings.regions[i].material);

@@ -127,13 +127,14 @@ void check_size(const Vec3& extent, double scale, const std::string& where) {
 
 void check_closed(const TriangleMesh& mesh, const std::string& where) {
   const EdgeReport edges = check_edges(mesh.triangles);
-  if (edges.closed()) return;
+  if (edges.bounds()) return;
   const std::string place = ", one at " + in_words(0.5 * (mesh.vertices[edges.example[0]] + mesh.vertices[edges.example[1]]));
   const auto fail = [&](std::size_t n, const char* what, const char* expected) {
     throw InputError(where, "has " + std::to_string(n) + (n == 1 ? " edge " : " edges ") + what + place, expected);
   };
   if (edges.open) fail(edges.open, "with a triangle on one side only (a hole)", "a closed surface");
-  if (edges.crowded) fail(edges.crowded, "with more than two triangles", "a surface with two triangles at every edge");
+  if (edges.crowded)
+    fail(edges.crowded, "with more triangles one way than the other", "a surface with two triangles at every edge");
   fail(edges.flipped, "whose two triangles face opposite ways", "triangles that all face outwards");
 }
 

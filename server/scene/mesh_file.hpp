@@ -2,8 +2,8 @@
 //
 // Vertices at the same position (within a millionth of the size) are merged; normals, texture coordinates and materials are
 // dropped. Small faults are repaired (surface_repair.hpp), with a line on stderr. A mesh that cannot bound a solid is refused:
-// unreadable, without triangles, with an open edge or an edge of three triangles, one-sided, without volume, or of a size that no
-// touchable object has.
+// unreadable, without triangles, with an edge that has more triangles one way than the other, one-sided, without volume, or of a
+// size that no touchable object has.
 #pragma once
 
 #include <string>

@@ -102,7 +102,8 @@ EdgeReport check_edges(std::span<const Triangle> triangles) {
     std::size_t end = i, up = 0;
     for (; end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high; ++end) up += edges[end].up;
     const std::size_t n = end - i;
-    const int fault = n == 1 ? 0 : n > 2 ? 1 : up != 1 ? 2 : 3;
+    const int fault = 2 * up == n ? 3 : n == 1 ? 0 : n > 2 ? 1 : 2;
+    if (n > 2 && fault == 3) ++report.shared;
     if (fault < 3) {
       ++(fault == 0 ? report.open : fault == 1 ? report.crowded : report.flipped);
       examples[static_cast<std::size_t>(fault)] = {edges[i].low, edges[i].high};

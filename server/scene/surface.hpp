@@ -33,10 +33,14 @@ double signed_volume(std::span<const Triangle> triangles, std::span<const Vec3> 
 /// Faults in the closure of a surface. A directed edge a -> b is matched when b -> a occurs, and each occurs once.
 struct EdgeReport {
   std::size_t open = 0;                    ///< edges with one triangle
-  std::size_t crowded = 0;                 ///< edges with three triangles or more
+  std::size_t shared = 0;                  ///< edges with four triangles or more, as many each way: where solids touch
+  std::size_t crowded = 0;                 ///< other edges with three triangles or more
   std::size_t flipped = 0;                 ///< edges whose two triangles run the same way
   std::array<std::uint32_t, 2> example{};  ///< ends of one such edge, in the order of the list above
-  bool closed() const { return open + crowded + flipped == 0; }
+  /// Returns true for the boundary of a solid, whose winding number is whole everywhere beside it.
+  bool bounds() const { return open + crowded + flipped == 0; }
+  /// Returns true for a boundary with two triangles at every edge.
+  bool closed() const { return bounds() && shared == 0; }
 };
 EdgeReport check_edges(std::span<const Triangle> triangles);
 

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <optional>
+#include <span>
 
 #include "common/base/error.hpp"
 #include "common/base/in_quotes.hpp"
@@ -32,6 +34,14 @@ class ObjReader {
       if (word == "v") read_vertex();
       if (word == "f") read_face();
     }
+    if (missing_ > static_cast<std::int64_t>(mesh_.vertices.size()))
+      missing_at_->fail("a face names vertex " + std::to_string(missing_) + " of " + std::to_string(mesh_.vertices.size()),
+                        "one that the file has");
+    std::size_t begin = 0;
+    for (const std::size_t end : ends_) {
+      cut_polygon(std::span(corners_).subspan(begin, end - begin), mesh_.vertices, mesh_.triangles);
+      begin = end;
+    }
     return std::move(mesh_);
   }
 
@@ -44,24 +54,27 @@ class ObjReader {
     mesh_.vertices.push_back(x);
   }
   void read_face() {
-    std::vector<std::uint32_t> polygon;
+    const std::size_t begin = corners_.size();
     for (std::string_view word; in_.next_on_line(word) && !word.starts_with('#');) {
-      if (polygon.size() == kMaxCorners) in_.fail("a face has too many corners", "at most " + std::to_string(kMaxCorners));
-      polygon.push_back(vertex_named(word));
+      if (corners_.size() - begin == kMaxCorners)
+        in_.fail("a face has too many corners", "at most " + std::to_string(kMaxCorners));
+      corners_.push_back(vertex_named(word));
     }
-    if (polygon.size() < 3) in_.fail("a face of " + std::to_string(polygon.size()) + " corners", "3 or more");
-    if (mesh_.triangles.size() + polygon.size() - 2 > kMaxTriangles) in_.fail("too many triangles", kTooMany);
-    cut_polygon(polygon, mesh_.vertices, mesh_.triangles);
+    ends_.push_back(corners_.size());
+    if (corners_.size() - begin < 3) in_.fail("a face of " + std::to_string(corners_.size() - begin) + " corners", "3 or more");
+    if (corners_.size() - 2 * ends_.size() > kMaxTriangles) in_.fail("too many triangles", kTooMany);
   }
-  std::uint32_t vertex_named(std::string_view word) const {
+  /// A vertex counted from the first one may follow its face.
+  std::uint32_t vertex_named(std::string_view word) {
     const std::string_view number = word.substr(0, word.find('/'));
     std::int64_t named = 0;
     const auto [end, fault] = std::from_chars(number.data(), number.data() + number.size(), named);
     if (fault != std::errc{} || end != number.data() + number.size()) in_.fail(in_quotes(word), "the number of a vertex");
     const auto there = static_cast<std::int64_t>(mesh_.vertices.size());
     const std::int64_t index = named < 0 ? there + named : named - 1;
-    if (index < 0 || index >= there)
-      in_.fail("a face names vertex " + std::to_string(named) + " of " + std::to_string(there), "one that stands before it");
+    if (index < 0 || index >= static_cast<std::int64_t>(kMaxSurfaceVertices))
+      in_.fail("a face names vertex " + std::to_string(named) + " of " + std::to_string(there), "one that the file has");
+    if (index >= there && named > missing_) missing_ = named, missing_at_ = in_;
     return static_cast<std::uint32_t>(index);
   }
   std::string_view word_of(const char* expected) {
@@ -72,6 +85,10 @@ class ObjReader {
 
   Words in_;
   TriangleMesh mesh_;
+  std::vector<std::uint32_t> corners_;  ///< of all faces
+  std::vector<std::size_t> ends_;       ///< of each face in them
+  std::int64_t missing_ = 0;            ///< largest vertex that a face before it names, and where
+  std::optional<Words> missing_at_;
 };
 
 void add_triangle(TriangleMesh& mesh) {

@@ -33,6 +33,19 @@ std::size_t drop_doubled(std::vector<Triangle>& triangles) {
   });
 }
 
+/// Drops pairs of triangles over the same corners that face each other, as where two solids touch: they bound nothing. Of a
+/// surface of such pairs alone, one of each stays.
+std::size_t drop_walls(std::vector<Triangle>& triangles) {
+  const auto corners = [](Triangle t) { return std::sort(t.begin(), t.end()), t; };
+  std::map<Triangle, std::size_t> there;
+  for (const Triangle& t : triangles) ++there[corners(t)];
+  const bool all = std::ranges::all_of(there, [](const auto& t) { return t.second > 1; });
+  return std::erase_if(triangles, [&](const Triangle& t) {
+    std::size_t& left = there[corners(t)];
+    return left == 2 && (!all || left-- == 2);
+  });
+}
+
 /// Open edges in the order of the loop that a polygon in the hole would have, starting at `first`; empty if they form no simple
 /// loop.
 std::vector<std::uint32_t> loop_from(const std::map<std::uint32_t, std::uint32_t>& next, std::uint32_t first) {
@@ -170,6 +183,7 @@ void add_words(std::string& to, std::size_t n, const char* one, const char* many
 SurfaceRepairs repair_surface(TriangleMesh& mesh) {
   SurfaceRepairs repairs;
   repairs.doubled = drop_doubled(mesh.triangles);
+  repairs.walls = drop_walls(mesh.triangles);
   repairs.turned = Shells(mesh.triangles).turned();
   repairs.holes = close_holes(mesh);
   Shells shells(mesh.triangles);
@@ -181,6 +195,7 @@ SurfaceRepairs repair_surface(TriangleMesh& mesh) {
 std::string SurfaceRepairs::in_words() const {
   std::string words;
   add_words(words, doubled, " triangle that was there twice left out", " triangles that were there twice left out");
+  add_words(words, walls, "", " triangles that face each other in one place left out");
   add_words(words, turned, " triangle that faced the wrong way turned", " triangles that faced the wrong way turned");
   add_words(words, holes, " small hole closed", " small holes closed");
   if (turned_shells > 0 && turned_shells == shells) return words + (words.empty() ? "" : ", ") + "is inside out; turned";

@@ -1,4 +1,5 @@
-// Repairs small faults of hand-made surfaces: duplicate triangles, triangles and shells with the wrong orientation, small holes.
+// Repairs small faults of hand-made surfaces: duplicate triangles, walls without thickness, triangles and shells with the wrong
+// orientation, small holes.
 #pragma once
 
 #include <string>
@@ -14,6 +15,7 @@ inline constexpr std::size_t kMostShells = 1'000;
 struct SurfaceRepairs {
   std::size_t shells = 0;  ///< parts of the surface that share no edge
   std::size_t doubled = 0, holes = 0;
+  std::size_t walls = 0;          ///< triangles left out because they face each other in one place
   std::size_t turned = 0;         ///< triangles that were oriented against their neighbours
   std::size_t turned_shells = 0;  ///< shells that were inside out, and are no cavity of another
   /// Describes all repairs; empty if there was none.

@@ -226,7 +226,7 @@ class VtkReader {
   void read_scalars() {
     const auto name = in_.word();
     in_.skip_line();
-    if (!cell_data_ || name != "region") return;
+    if (!cell_data_ || !names_regions(name)) return;
     in_.skip(2);  // LOOKUP_TABLE default
     read_regions();
   }
@@ -243,7 +243,7 @@ class VtkReader {
       }
       const auto components = in_.count(1000), tuples = in_.count(16 * kMaxCells);
       const std::string_view type = in_.word();
-      if (cell_data_ && name == "region" && components == 1 && tuples == cells_.size())
+      if (cell_data_ && names_regions(name) && components == 1 && tuples == cells_.size())
         read_regions();
       else if (type == "string")
         for (std::size_t i = 0; i < tuples; ++i) in_.skip_line();
@@ -256,6 +256,10 @@ class VtkReader {
     std::string_view word;
     while (in_.next_on_line(word)) in_.skip_line();
     in_.skip_line();
+  }
+  /// Returns true for the cell data of regions: by this project's name, by that of meshio and by Gmsh's own.
+  static bool names_regions(std::string_view name) {
+    return name == "region" || name == "gmsh:physical" || name == "CellEntityIds";
   }
   void read_regions() {
     regions_.clear();

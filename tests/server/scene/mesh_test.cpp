@@ -126,6 +126,33 @@ TEST_CASE("Shells that overlap or lie in each other are one solid, whichever way
   CHECK(volume_of(0.06, within, false, true) == Approx(whole - inner).epsilon(0.02));
 }
 
+TEST_CASE("Solids that touch in a point, an edge or a face are one surface, and fins without thickness are left out", "[scene]") {
+  constexpr double kSide = 0.05;
+  const auto cubes = [&](const Vec3& at) {
+    TriangleMesh two = test::box_mesh(Vec3::Zero(), Vec3::Constant(kSide));
+    const auto n = static_cast<std::uint32_t>(two.vertices.size());
+    const TriangleMesh other = test::box_mesh(at, at + Vec3::Constant(kSide));
+    two.vertices.insert(two.vertices.end(), other.vertices.begin(), other.vertices.end());
+    for (const Triangle& t : other.triangles) two.triangles.push_back({n + t[0], n + t[1], n + t[2]});
+    return two;
+  };
+  for (const Vec3& at : {Vec3(kSide, 0, 0), Vec3(kSide, kSide, 0), Vec3(kSide, kSide, kSide)}) {
+    const TriangleMesh mesh = closed_mesh(cubes(at), {}, "two cubes");
+    CHECK(check_edges(mesh.triangles).bounds());
+    CHECK(mesh.triangles.size() == (at.y() == 0 ? 20 : 24));
+    const auto solid = make_mesh_solid(mesh);
+    CHECK(solid->volume() == Approx(2 * kSide * kSide * kSide).epsilon(0.01));
+  }
+  const TriangleMesh once = test::box_mesh(Vec3::Zero(), Vec3::Constant(kSide));
+  TriangleMesh twice = once, finned = once;
+  for (const Triangle& t : once.triangles) twice.triangles.push_back({t[0], t[2], t[1]});
+  CHECK(signed_volume(closed_mesh(twice, {}, "twice").triangles, once.vertices) == Approx(kSide * kSide * kSide));
+  const auto [a, b, c] = finned.triangles[0];
+  finned.vertices.push_back(Vec3::Constant(-0.01));
+  finned.triangles.insert(finned.triangles.end(), {{a, b, 8}, {b, a, 8}});
+  CHECK(closed_mesh(finned, {}, "finned").triangles.size() == once.triangles.size());
+}
+
 TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what was expected", "[scene]") {
   const Folder folder;
   const auto good = icosphere(2, kRadius);
@@ -141,12 +168,10 @@ TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what
   auto holed = good;
   holed.triangles.pop_back();
   expect(test::as_obj(holed), "has 3 edges with a triangle on one side only (a hole), one at (");
-  auto finned = good;
-  finned.vertices.push_back(Vec3(0, 0, 0));
-  const auto fin = static_cast<std::uint32_t>(finned.vertices.size() - 1);
-  const auto [a, b, c] = finned.triangles[0];
-  finned.triangles.insert(finned.triangles.end(), {{a, b, fin}, {b, a, fin}, {c, b, a}});
-  expect(test::as_obj(finned), "with more than two triangles");
+  const TriangleMesh walled{
+      {{0.1, 0, 0}, {0, 0.1, 0}, {-0.1, 0, 0}, {0, -0.1, 0}, {0, 0, 0.1}, {0, 0, -0.1}},
+      {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}, {0, 1, 2}, {0, 2, 3}}};
+  expect(test::as_obj(walled), "has 4 edges with more triangles one way than the other");
   expect(test::as_obj(good, 1000), "is 100 m across with scale 1; expected 0.005 to 2 m, for example with scale 0.001");
   expect(test::as_obj(good, 1e6), "is 100 km across");
   expect(test::as_obj(good, 0.001), "is 100 um across with scale 1; expected 0.005 to 2 m, for example with scale 1000");

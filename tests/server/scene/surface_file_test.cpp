@@ -40,7 +40,7 @@ TEST_CASE("a polygon of any shape is cut into its area, all of its edges kept", 
     CHECK(area_of(triangles, x) == Approx(area));
     const EdgeReport edges = check_edges(triangles);
     CHECK(edges.open == x.size());
-    CHECK(edges.crowded + edges.flipped == 0);
+    CHECK(edges.crowded + edges.flipped + edges.shared == 0);
   }
 }
 
@@ -68,6 +68,9 @@ TEST_CASE("an OBJ file counts its vertices from the first or from the last, and 
   REQUIRE(mesh.triangles.size() == 3);
   CHECK(area_of({mesh.triangles[0], mesh.triangles[1]}, mesh.vertices) == Approx(1));
   CHECK(mesh.triangles[2] == Triangle{0, 1, 2});
+  const TriangleMesh before = read_obj("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "a");
+  REQUIRE(before.triangles.size() == 2);
+  CHECK(before.triangles[0] == before.triangles[1]);
 }
 
 TEST_CASE("lines of a surface may end with CR alone, and are counted", "[scene][surface]") {
@@ -87,7 +90,7 @@ TEST_CASE("what an OBJ or STL file says wrongly is answered with its line", "[sc
   };
   says("v 0 0", "a:1: the line ends too early; expected a vertex of three numbers");
   says("v 0 0 x", "a:1: \"x\"; expected a number");
-  says("v 0 0 0\nf 1 2 3", "a:2: a face names vertex 2 of 1; expected one that stands before it");
+  says("v 0 0 0\nf 1 2 3", "a:2: a face names vertex 3 of 1; expected one that the file has");
   says("v 0 0 0\nf 1 1 0", "a:2: a face names vertex 0 of 1");
   says("v 0 0 0\nf 1 1 -2", "a:2: a face names vertex -2 of 1");
   says("v 0 0 0\nf 1 1", "a:2: a face of 2 corners; expected 3 or more");

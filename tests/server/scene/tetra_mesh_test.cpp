@@ -147,7 +147,14 @@ TEST_CASE("A mesh from a file is of tetrahedra, and another element is refused f
 
 TEST_CASE("Meshes of tetrahedra are read from Gmsh and VTK files of either version, with their regions", "[scene][solid]") {
   const Folder folder;
-  for (const auto& [name, text] : {std::pair{"a.msh", kMsh2}, {"b.msh", kMsh4}, {"c.vtk", kVtk}, {"d.vtk", kVtk5}}) {
+  const std::string of_meshio = replaced(kVtk, "SCALARS region", "SCALARS gmsh:physical");
+  const std::string of_gmsh = replaced(kVtk, "SCALARS region", "SCALARS CellEntityIds");
+  for (const auto& [name, text] : {std::pair{"a.msh", kMsh2},
+                                   {"b.msh", kMsh4},
+                                   {"c.vtk", kVtk},
+                                   {"d.vtk", kVtk5},
+                                   {"e.vtk", of_meshio},
+                                   {"f.vtk", of_gmsh}}) {
     INFO(name);
     folder.write(name, text);
     const auto body = load_scene(folder.write("scene.json", mesh_scene(name))).body;
@@ -162,6 +169,13 @@ TEST_CASE("Meshes of tetrahedra are read from Gmsh and VTK files of either versi
     CHECK(std::accumulate(body.fixed.begin(), body.fixed.end(), 0) == 4);
     CHECK(std::accumulate(body.masses_kg.begin(), body.masses_kg.end(), 0.0) == Approx(8e-3));
   }
+}
+
+TEST_CASE("A region that a mesh does not have is refused with those that it has", "[scene][solid]") {
+  const Folder folder;
+  folder.write("a.msh", kMsh2);
+  const std::string said = error_of(folder, replaced(mesh_scene("a.msh"), R"("id": 5)", R"("id": 6)"));
+  CHECK(said.find("which no tetrahedron has; expected a region of the mesh: 3, 5") != std::string::npos);
 }
 
 TEST_CASE("Mixed cells become tetrahedra whose faces match, in whatever order they name their corners", "[scene][solid]") {
