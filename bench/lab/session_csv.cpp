@@ -17,8 +17,9 @@
 namespace palpate {
 namespace {
 
-/// Escapes a text for double quotes.
+/// Escapes a text for double quotes. What a spreadsheet would take for a formula gets an apostrophe in front, as others wrote it.
 std::string in_table(std::string text) {
+  if (!text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos) text.insert(0, 1, '\'');
   for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
   return text;
 }

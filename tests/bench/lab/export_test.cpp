@@ -59,6 +59,17 @@ TEST_CASE("Names with quotes do not end the cell of a table that they are in") {
   CHECK(out.text("events.csv").find("\"a\"\",joined,\"\"b\"") != std::string::npos);
 }
 
+TEST_CASE("Names that a spreadsheet would take for formulas are texts in tables") {
+  RecordingWriter writer(test::small_head());
+  for (const char* name : {"=cmd|'/c'!A1", "+1", "-1", "@a", "a=1"}) writer.add(joins(3, name, Micros{5'000'000}));
+  writer.finish();
+  const auto bytes = writer.take();
+  const ExportFolder out;
+  export_csv(RecordingReader(bytes, "some.rec"), out.path);
+  for (const char* cell : {"\"'=cmd|'/c'!A1\"", "\"'+1\"", "\"'-1\"", "\"'@a\"", "\"a=1\""})
+    CHECK(out.text("events.csv").find(cell) != std::string::npos);
+}
+
 TEST_CASE("The holds of a recording are exported with the names of both stations and their forces") {
   RecordingWriter writer(test::small_head());
   writer.add(joins(3, "OR 3", test::kSmallBegin));
