@@ -19,6 +19,7 @@ void add_starved(CLI::App& app, Run& run);
 void add_world(CLI::App& app, Run& run);
 void add_gesture(CLI::App& app, Run& run);
 void add_advise(CLI::App& app, Run& run);
+void add_surface(CLI::App& app, Run& run);
 void add_tissue(CLI::App& app, Run& run);
 void add_surgery(CLI::App& app, Run& run);
 void add_lump(CLI::App& app, Run& run);

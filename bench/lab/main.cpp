@@ -53,7 +53,8 @@ const std::vector<Question>& questions() {
        {{add_tissue, "tissue --quick --out out/tissue"},
         {add_surgery, "surgery --quick --out out/surgery"},
         {add_advise,
-         "advise --surface liver.stl --scale 0.001 --material liver --rate-hz 20 --error 0.05 --out out/liver/liver.json"}}},
+         "advise --surface liver.stl --scale 0.001 --material liver --rate-hz 20 --error 0.05 --out out/liver/liver.json"},
+        {add_surface, "surface --surface liver.stl --out out/liver/repaired.stl"}}},
       {"Where do random bodies come from?", {{add_draw, "draw --out out/scenes"}}}};
   return all;
 }

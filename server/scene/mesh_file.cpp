@@ -29,17 +29,6 @@ std::string extension(const std::filesystem::path& file) {
   return ext;
 }
 
-/// All triangles of the file, with its own vertices.
-TriangleMesh import(const MeshSettings& settings, const std::string& where) {
-  const std::string ext = extension(settings.path);
-  if (ext == ".msh" || ext == ".vtk")
-    throw InputError(where, "holds tetrahedra by its name",
-                     "a closed surface, FILE.obj or FILE.stl; tetrahedra belong in body.mesh of a scene");
-  if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a surface by its name", "FILE.obj or FILE.stl");
-  std::string bytes = read_plain_file(settings.path, where, "an OBJ or STL file", kMaxFileBytes);
-  return ext == ".obj" ? read_obj(without_mark(std::move(bytes)), where) : read_stl(bytes, where);
-}
-
 /// Merges vertices by the cells of a grid, some welding distances wide, from the lowest corner of the mesh on. Cells are ordered
 /// instead of hashed, as a file could be made whose cells all share a hash.
 class Welder {
@@ -86,15 +75,15 @@ class Welder {
   std::vector<std::uint32_t> before_;     ///< for each vertex, the next older one of its cell
 };
 
-Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
+Eigen::AlignedBox3d box_of(std::span<const Vec3> points) {
   Eigen::AlignedBox3d box;
-  for (const Vec3& v : mesh.vertices) box.extend(v);
+  for (const Vec3& x : points) box.extend(x);
   return box;
 }
 
 TriangleMesh welded(const TriangleMesh& mesh) {
   TriangleMesh out;
-  const Eigen::AlignedBox3d box = box_of(mesh);
+  const Eigen::AlignedBox3d box = box_of(mesh.vertices);
   Welder welder(box.min(), std::max(kWeldFraction * box.diagonal().norm(), 1e-300));
   std::vector<std::uint32_t> number;
   number.reserve(mesh.vertices.size());
@@ -153,8 +142,23 @@ void check_place(std::span<const Vec3> vertices, const std::string& where) {
                        "one within " + Json::number(kMaxCoordinateM).text + " m of the origin");
 }
 
+Vec3 extent_of(std::span<const Vec3> points) {
+  const Eigen::AlignedBox3d box = box_of(points);
+  return box.isEmpty() ? Vec3::Zero() : Vec3(box.sizes());
+}
+
+TriangleMesh read_surface(const std::filesystem::path& file, const std::string& where) {
+  const std::string ext = extension(file);
+  if (ext == ".msh" || ext == ".vtk")
+    throw InputError(where, "holds tetrahedra by its name",
+                     "a closed surface, FILE.obj or FILE.stl; tetrahedra belong in body.mesh of a scene");
+  if (ext != ".obj" && ext != ".stl") throw InputError(where, "is not a surface by its name", "FILE.obj or FILE.stl");
+  std::string bytes = read_plain_file(file, where, "an OBJ or STL file", kMaxFileBytes);
+  return ext == ".obj" ? read_obj(without_mark(std::move(bytes)), where) : read_stl(bytes, where);
+}
+
 TriangleMesh read_closed_mesh(const MeshSettings& settings, const std::string& where) {
-  return closed_mesh(import(settings, where), settings, where);
+  return closed_mesh(read_surface(settings.path, where), settings, where);
 }
 
 TriangleMesh closed_mesh(const TriangleMesh& given, const MeshSettings& settings, const std::string& where) {
@@ -163,7 +167,7 @@ TriangleMesh closed_mesh(const TriangleMesh& given, const MeshSettings& settings
   if (mesh.triangles.empty()) throw InputError(where, "has only triangles without area", "a closed surface");
   const Mat3 turn = settings.scale * rotation_xyz(settings.rotation_deg);
   for (Vec3& v : mesh.vertices) v = turn * v + settings.offset_m;
-  const Vec3 extent = box_of(mesh).sizes();
+  const Vec3 extent = extent_of(mesh.vertices);
   check_size(extent, settings.scale, where);
   check_place(mesh.vertices, where);
   const SurfaceRepairs repairs = repair_surface(mesh);

@@ -19,6 +19,11 @@ std::string in_words(const Vec3& point);
 /// Refuses a vertex farther than kMaxCoordinateM from the origin, or not finite: throws an InputError that begins with `where`.
 void check_place(std::span<const Vec3> vertices, const std::string& where);
 
+/// Returns the triangles of a file as they are. Throws an InputError that begins with `where`.
+TriangleMesh read_surface(const std::filesystem::path& file, const std::string& where);
+/// Sides of the box around the points.
+Vec3 extent_of(std::span<const Vec3> points);
+
 /// Reads the mesh of a scene and scales, rotates, moves and repairs it. Throws an InputError that begins with `where`.
 TriangleMesh read_closed_mesh(const MeshSettings& settings, const std::string& where);
 /// The same for triangles already read from a file.

@@ -172,4 +172,17 @@ TriangleMesh read_stl(std::string_view bytes, const std::string& where) {
   return read_binary_stl(bytes, triangles, where);
 }
 
+std::string as_stl(const TriangleMesh& mesh) {
+  std::string bytes(kStlHead - sizeof(std::uint32_t), ' ');
+  const auto append = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  append(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const Triangle& t : mesh.triangles) {
+    bytes.append(kStlNormal, '\0');
+    for (const std::uint32_t corner : t)
+      for (const double x : mesh.vertices[corner]) append(static_cast<float>(x));
+    append(std::uint16_t{0});
+  }
+  return bytes;
+}
+
 }  // namespace palpate

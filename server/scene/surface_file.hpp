@@ -27,6 +27,9 @@ TriangleMesh read_obj(std::string_view text, const std::string& where);
 /// Reads the text kind or the binary one.
 TriangleMesh read_stl(std::string_view bytes, const std::string& where);
 
+/// Returns the bytes of a binary STL file, whose coordinates are floats.
+std::string as_stl(const TriangleMesh& mesh);
+
 /// Cuts a polygon into size - 2 triangles over all of its corners, with the orientation of the polygon, by ear clipping (Meisters
 /// 1975) in the plane of its mean normal (Newell). A polygon that crosses itself is cut too, in an unspecified way.
 void cut_polygon(std::span<const std::uint32_t> polygon, std::span<const Vec3> x, std::vector<Triangle>& out);

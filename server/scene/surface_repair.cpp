@@ -186,10 +186,29 @@ SurfaceRepairs repair_surface(TriangleMesh& mesh) {
   repairs.walls = drop_walls(mesh.triangles);
   repairs.turned = Shells(mesh.triangles).turned();
   repairs.holes = close_holes(mesh);
+  repairs.walls += drop_walls(mesh.triangles);  // of a loose triangle, too
   Shells shells(mesh.triangles);
   repairs.shells = shells.count();
   if (shells.count() <= kMostShells) repairs.turned_shells = turn_shells(mesh, shells);
   return repairs;
+}
+
+std::size_t drop_inner_shells(TriangleMesh& mesh) {
+  const std::vector<std::vector<Triangle>> parts = Shells(mesh.triangles).parts();
+  std::vector<Shell> all;
+  for (const std::vector<Triangle>& triangles : parts) all.emplace_back(mesh, triangles);
+  const auto side = [](const Shell& shell) { return shell.volume < 0 ? -1 : 1; };
+  mesh.triangles.clear();
+  std::size_t dropped = 0;
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    int outside = 0;
+    for (const Shell& other : all) outside += other.holds(all[s]) ? side(other) : 0;
+    if ((outside == 0) == (outside + side(all[s]) == 0))
+      ++dropped;
+    else
+      mesh.triangles.insert(mesh.triangles.end(), parts[s].begin(), parts[s].end());
+  }
+  return dropped;
 }
 
 std::string SurfaceRepairs::in_words() const {

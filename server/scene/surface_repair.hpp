@@ -26,4 +26,8 @@ struct SurfaceRepairs {
 /// beyond kMostShells are counted but not reoriented.
 SurfaceRepairs repair_surface(TriangleMesh& mesh);
 
+/// Drops the shells of a repaired surface that have solid on both of their sides: those within others that bound no hollow.
+/// Returns their number.
+std::size_t drop_inner_shells(TriangleMesh& mesh);
+
 }  // namespace palpate

@@ -125,16 +125,28 @@ def check_turned(dev, work):
     faces = [face[::-1] if k % 7 == 3 else face for k, face in enumerate(sphere(3))]
     write_stl(work / "turned.stl", faces)
     done = fill(dev, work / "turned.stl", work / "turned.msh")
-    assert done.returncode == 0 and f"are turned, {len(range(3, len(faces), 7))} in all" in done.stdout, done
+    assert done.returncode == 0 and f"{len(range(3, len(faces), 7))} triangles that faced the wrong way turned" in done.stderr, done
     cells = tetrahedra(work / "turned.msh")
     volume = abs(numpy.linalg.det(cells[:, 1:] - cells[:, :1])).sum() / 6
     assert abs(volume / (4 / 3 * numpy.pi * RADII.prod()) - 1) < 0.05, volume
 
 
+def check_crossing(dev, work):
+    """Of two balls that cross each other, which Gmsh does not fill, the mesh has the skin of a lattice; what is there twice is left out."""
+    balls = sphere(3) + [tuple(v + [0.7, 0, 0] for v in face) for face in sphere(3)]
+    write_stl(work / "balls.stl", balls + balls[:5])
+    done = fill(dev, work / "balls.stl", work / "balls.msh")
+    assert done.returncode == 0 and "the skin of a lattice of 12" in done.stdout and "5 triangles that were there twice" in done.stderr, done
+    cells = tetrahedra(work / "balls.msh")
+    volume = abs(numpy.linalg.det(cells[:, 1:] - cells[:, :1])).sum() / 6
+    joined = 4 / 3 * numpy.pi * RADII.prod() * (2 - 0.65**2 * (2 + 0.35) / 2)  # two balls of radius 1, 0.7 apart
+    assert abs(volume / joined - 1) < 0.06, volume / joined
+
+
 def check_refused(dev, work):
     write_stl(work / "open.stl", sphere(3)[40:])
     done = fill(dev, work / "open.stl", work / "open.msh")
-    assert done.returncode == 2 and "edges that no triangle on the other side shares; expected a closed surface" in done.stderr, done
+    assert done.returncode == 2 and "edges with a triangle on one side only (a hole)" in done.stderr, done
     assert not (work / "open.msh").exists()
     for surface, edge, mesh, word in [("none.stl", EDGE, "a.msh", "no file"), ("open.stl", 0, "a.msh", "edge length"),
                                       ("open.stl", "1;2", "a.msh", "edge length"), ("open.stl", EDGE, "a.vtk", ".msh")]:
@@ -147,7 +159,7 @@ def check_stopped(dev, work):
     write_stl(work / "ball.stl", sphere(3))
     stuck = work / "stuck"
     stuck.mkdir()
-    (stuck / "gmsh").write_text(f"#!/bin/sh\necho $$ > {work}/pid\nexec sleep 100\n")
+    (stuck / "gmsh").write_text(f"#!/bin/sh\ntrap '' TERM\necho $$ > {work}/pid\nwhile :; do sleep 1; done\n")
     (stuck / "gmsh").chmod(0o755)
     (work / "temporary").mkdir()
     environment = {**os.environ, "PATH": f"{stuck}:{os.environ['PATH']}", "TMPDIR": str(work / "temporary")}
@@ -178,6 +190,7 @@ def main():
     check_obj(dev, work)
     check_shells(dev, work)
     check_turned(dev, work)
+    check_crossing(dev, work)
     check_refused(dev, work)
     check_stopped(dev, work)
 

@@ -77,7 +77,7 @@ TEST_CASE("A face of a million corners is refused at its first too many", "[scen
 
 TEST_CASE("An STL file that says more triangles than it has is refused", "[scene][hostile]") {
   const Folder folder;
-  std::string stl = test::as_binary_stl(test::icosphere(1, 0.05));
+  std::string stl = as_stl(test::icosphere(1, 0.05));
   for (std::size_t byte = 80; byte < 84; ++byte) stl[byte] = '\x7f';
   check_words(error_of(folder, kClipScene, "a.stl", stl), "ends too early");
 }
@@ -85,7 +85,7 @@ TEST_CASE("An STL file that says more triangles than it has is refused", "[scene
 TEST_CASE("A binary STL file with a corner that is no number is refused", "[scene][hostile]") {
   const Folder folder;
   for (const std::uint32_t bits : {0x7fc00000u, 0xffc00000u, 0x7f800000u}) {
-    std::string stl = test::as_binary_stl(test::icosphere(1, 0.05));
+    std::string stl = as_stl(test::icosphere(1, 0.05));
     for (std::size_t corner = 0; corner < 3; ++corner) {
       std::string bad = stl;
       std::memcpy(bad.data() + 84 + 12 + 12 * corner + 4, &bits, sizeof bits);

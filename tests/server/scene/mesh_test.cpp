@@ -43,7 +43,7 @@ TEST_CASE("A ball from OBJ, ASCII STL and binary STL gives the same body", "[sce
   const auto ball = icosphere(3, kRadius);
   folder.write("ball.obj", test::as_obj(ball));
   folder.write("text.stl", test::as_ascii_stl(ball));
-  folder.write("binary.STL", test::as_binary_stl(ball));
+  folder.write("binary.STL", as_stl(ball));
   const LumpedBody obj = load(folder);
   CHECK(check_edges(obj.triangles).closed());
   CHECK(signed_volume(obj.triangles, obj.nodes) == Approx(kBallVolume).epsilon(0.05));
@@ -151,6 +151,10 @@ TEST_CASE("Solids that touch in a point, an edge or a face are one surface, and 
   finned.vertices.push_back(Vec3::Constant(-0.01));
   finned.triangles.insert(finned.triangles.end(), {{a, b, 8}, {b, a, 8}});
   CHECK(closed_mesh(finned, {}, "finned").triangles.size() == once.triangles.size());
+  TriangleMesh beside = once;
+  for (const double x : {0.06, 0.061, 0.062}) beside.vertices.push_back(Vec3(x, 0.001 * (x > 0.0605), 0.002 * (x > 0.0615)));
+  beside.triangles.push_back({8, 9, 10});
+  CHECK(closed_mesh(beside, {}, "beside").triangles.size() == once.triangles.size());
 }
 
 TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what was expected", "[scene]") {
@@ -181,7 +185,7 @@ TEST_CASE("Every fault of a mesh is answered with scene line, mesh name and what
   expect("v 0 0 0\nv 1 0 0\n", "");
   expect("", "");
   expect("this is not a mesh\n", "");
-  folder.write("cut.stl", test::as_binary_stl(good).substr(0, 1000));
+  folder.write("cut.stl", as_stl(good).substr(0, 1000));
   expect("", "", replaced(kMeshScene, "ball.obj", "cut.stl"));
   expect("", "cannot be read", replaced(kMeshScene, "ball.obj", "absent.obj"));
   expect("", "is not a surface by its name; expected FILE.obj or FILE.stl", replaced(kMeshScene, "ball.obj", "ball.ply"));

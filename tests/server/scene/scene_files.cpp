@@ -107,20 +107,6 @@ std::string as_ascii_stl(const TriangleMesh& mesh) {
   return out.str();
 }
 
-std::string as_binary_stl(const TriangleMesh& mesh) {
-  std::string out(80, ' ');
-  const auto append = [&](const auto& value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  append(static_cast<std::uint32_t>(mesh.triangles.size()));
-  for (const Triangle& t : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) append(0.0f);
-    for (const auto i : t) {
-      for (int a = 0; a < 3; ++a) append(static_cast<float>(mesh.vertices[i][a]));
-    }
-    append(std::uint16_t{0});
-  }
-  return out;
-}
-
 const char* const kSoftCube = R"({
   "name": "cube6",
   "body": {

@@ -35,7 +35,6 @@ TriangleMesh icosphere(int levels, double radius_m);
 
 std::string as_obj(const TriangleMesh& mesh, double scale = 1);
 std::string as_ascii_stl(const TriangleMesh& mesh);
-std::string as_binary_stl(const TriangleMesh& mesh);
 
 /// Volume of the tetrahedra of a body [m^3].
 double volume(const LumpedBody& body);
