@@ -23,6 +23,7 @@
 //     with its sphere's lowest point in the tool's place, h + R a - r n; the others are the first `own` of these contacts, which
 //     move with the tool, by h + R a_j - (h* + R* a_j), on the surface where that has their point; with F_j their forces on it,
 //     force = sum_j F_j,   torque about h = sum_j (R a_j - r_j n_j) x F_j
+//     Where the patch has terms, their surface has every such point, so the R_o of these contacts are not sent: zero.
 //
 // A needle (needle.hpp) has contacts along its path in the body instead: at the tip and at the points x_j of the path,
 //     x_j = position_j + R_j q,   u = sum_j R_j^T lambda_j + ((1 - p) R_i + p R_(i+1))^T lambda_tip,   p: place_on_path()
@@ -104,9 +105,14 @@ inline constexpr int kMaxOtherContacts = static_cast<int>(kMaxToolSpheres) - 1;
 struct PatchOthers {
   int count = 0;
   int own = 0;  ///< number of those that are of the same tool, which come first
+  /// The surface of the terms moves these: R_o is zero, and c_static, alike in all directions along the surface, that of the
+  /// whole body. Their pushes at the stamp are in g. Without the terms they stay where they are, and these pushes on the modes.
+  bool own_on_terms = false;
   std::array<OtherContact, kMaxOtherContacts> of;
   std::span<OtherContact> tools() { return std::span(of).first(static_cast<std::size_t>(count)); }
   std::span<const OtherContact> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
+  /// Those with an R_o.
+  std::span<const OtherContact> with_rows() const { return tools().subspan(own_on_terms ? static_cast<std::size_t>(own) : 0); }
 };
 
 /// Number of other contacts in a patch, whether its tool has a body, and jaws, the number of layers of a needle's path, and that
@@ -117,6 +123,7 @@ struct PatchContacts {
   int needle_layers = 0;
   bool jaws = false;
   int bites = 0;
+  int on_terms = 0;  ///< number of these that the surface of the terms moves
   PatchContacts(int count = 0, bool with_body = false, int layers = 0, bool with_jaws = false)  // NOLINT: a number of contacts
       : others(count), body(with_body), needle_layers(layers), jaws(with_jaws) {}
 };

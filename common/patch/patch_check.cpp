@@ -62,6 +62,7 @@ bool sizes_agree(const Patch& p) {
   if (uses_attach(p) && (p.b_k.rows() != r || p.b_d.rows() != r)) return false;
   if (p.others.count < 0 || p.others.count > (uses_surface(p) ? kMaxOtherContacts : 0)) return false;
   if (p.others.own < 0 || p.others.own > (p.turn ? p.others.count : 0)) return false;
+  if (p.others.own_on_terms && p.others.own == 0) return false;
   for (const OtherContact& other : p.others.tools())
     if (other.rows.cols() != r) return false;
   if (p.needle.layers.count < 0 || p.needle.layers.count > (uses_surface(p) && p.turn ? kMaxNeedleLayers : 0)) return false;

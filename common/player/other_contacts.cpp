@@ -40,11 +40,16 @@ void OtherContacts::find_on(const PlayedSurface& surface, Contact& contact) cons
   const Vec3 lowest = centre - at_stamp.sphere.radius_m * at_stamp.normal;
   const Vec3 point = lowest - at_stamp.gap + at_stamp.c_static * contact.push.lambda;
   const NearestPoint nearest = nearest_point(surface.view(), surface.positions(), point);
-  if (nearest.at_border || (nearest.position - point).norm() > kOnSurfaceM) return;
+  if ((nearest.at_border && !contact.touching) || (nearest.position - point).norm() > kOnSurfaceM) return;
   contact.on_surface = true;
   contact.surface = SurfaceContact(nearest.point, contact.touching);
   contact.surface.separate(surface, centre - nearest.position);
   contact.surface.respond(surface, parameters_.contact_stiffness_n_m, contact.push);
+}
+
+void OtherContacts::take_from(StateVector& drift) const noexcept {
+  for (const Contact& contact : std::span(contacts_).first(static_cast<std::size_t>(own_)))
+    if (contact.touching) drift.noalias() -= contact.push.response * contact.push.lambda;
 }
 
 void OtherContacts::carry_on(StateVector& next) const noexcept {

@@ -34,6 +34,9 @@ class OtherContacts {
   /// Starts at the stamp. `psi0`: that of a step of `dt_s`.
   OtherContacts(const Patch& patch, const PlayedSurface& surface, const StateInput& psi0, double dt_s);
   bool empty() const { return count_ == 0; }
+  /// Takes the pushes of the tool's own contacts at the stamp, which g has where the surface of the terms moves these, from the
+  /// drift of a step, Psi0 g. Where the terms are missing they stay in it.
+  void take_from(StateVector& drift) const noexcept;
   /// Adds the pushes of the step before to the coming step: sum s_j Psi0 R_j^T lambda_j.
   void carry_on(StateVector& next) const noexcept;
   /// Closes the contacts at the end of a step, with the tool there. `z`: the state there without any contact's push in this step;

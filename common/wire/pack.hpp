@@ -24,6 +24,7 @@ inline constexpr int kWeightMax = 65535;
 inline constexpr double kOpeningMost = 65535;
 inline constexpr float kCouplingStep = 1.0F / kShortMax;                        ///< step of D_ij / sqrt(D_ii D_jj)
 inline constexpr float kVelocityStep = 0x1p-14F, kAccelerationStep = 0x1p-10F;  ///< for other tools [m/s], [m/s^2]
+inline constexpr double kComplianceUnit_m_n = 0x1p-10;                          ///< of halves
 inline constexpr double kSmallestStep = 1e-9;  ///< for 16-bit numbers; keeps the step exact when the numbers are rounding noise
 
 /// Largest angle of a Turn. The quaternion q of an angle just above pi is kept, not replaced by -q: what is encoded twice is the

@@ -125,14 +125,33 @@ WireFault read_touch(const wire::Patch& table, Patch& patch) {
   return WireFault::none;
 }
 
+WireFault read_own_contact(const wire::OwnContact& sent, OtherContact& own) {
+  if (sent.touching() > 1) return WireFault::out_of_range;
+  own.touching = sent.touching() == 1;
+  own.gap = pack::from(sent.gap(), std::ldexp(1.0F, sent.gap_exponent()));
+  own.normal = unpack_normal(sent.normal_u(), sent.normal_v());
+  const double along = pack::kComplianceUnit_m_n * packed::from_half(sent.c_normal()),
+               across = pack::kComplianceUnit_m_n * packed::from_half(sent.c_across());
+  own.c_static = across * Mat3::Identity() + (along - across) * own.normal * own.normal.transpose();
+  return WireFault::none;
+}
+
 WireFault read_others(const wire::Patch& table, Patch& patch) {
-  const int count = table.others() ? static_cast<int>(table.others()->size()) : 0, r = patch.modes();
+  const int own = table.own_contacts() ? static_cast<int>(table.own_contacts()->size()) : 0, r = patch.modes();
+  const int count = own + (table.others() ? static_cast<int>(table.others()->size()) : 0);
   Walk<std::int16_t> rows(table.other_rows());
-  if (count > (patch.contact == ContactKind::touch ? kMaxOtherContacts : 0) || rows.left() != 3 * r * count)
+  if (count > (patch.contact == ContactKind::touch ? kMaxOtherContacts : 0) || rows.left() != 3 * r * (count - own))
     return WireFault::malformed;
   patch.others.count = count;
-  for (int o = 0; o < count; ++o) {
-    const wire::OtherContact& sent = *table.others()->Get(static_cast<flatbuffers::uoffset_t>(o));
+  patch.others.own_on_terms = own > 0;
+  for (int o = 0; o < own; ++o) {
+    OtherContact& contact = patch.others.of[static_cast<std::size_t>(o)];
+    contact.rows.setZero(3, r);
+    const wire::OwnContact& sent = *table.own_contacts()->Get(static_cast<flatbuffers::uoffset_t>(o));
+    if (const WireFault fault = read_own_contact(sent, contact); fault != WireFault::none) return fault;
+  }
+  for (int o = own; o < count; ++o) {
+    const wire::OtherContact& sent = *table.others()->Get(static_cast<flatbuffers::uoffset_t>(o - own));
     if (sent.touching() > 1) return WireFault::out_of_range;
     OtherContact& other = patch.others.of[static_cast<std::size_t>(o)];
     other.touching = sent.touching() == 1;
@@ -155,8 +174,10 @@ WireFault read_tool_body(const wire::Patch& table, Patch& patch) {
   const bool has_contacts = patch.contact == ContactKind::touch && !patch.constant;
   const auto jaws = table.jaws() ? static_cast<int>(table.jaws()->size()) : 0;
   if (jaws != 0 ? jaws != spheres : table.opening() != 0) return WireFault::malformed;
-  if (!table.body()) return spheres == 0 ? WireFault::none : WireFault::malformed;
+  const auto own = table.own_contacts() ? static_cast<int>(table.own_contacts()->size()) : 0;
+  if (!table.body()) return spheres == 0 && own == 0 ? WireFault::none : WireFault::malformed;
   const wire::ToolBody& body = *table.body();
+  if (own > 0 && body.own() != own) return WireFault::malformed;
   if (body.own() > patch.others.count || spheres != (has_contacts ? 1 + body.own() : 0)) return WireFault::malformed;
   MessageValidator sense;
   sense.turn(body.turn());
@@ -272,7 +293,7 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
                     !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows() &&
-                    !table.needle() && !table.jaws() && !table.suture();
+                    !table.needle() && !table.jaws() && !table.suture() && !table.own_contacts();
   return bare ? read_tool_body(table, patch) : WireFault::malformed;
 }
 

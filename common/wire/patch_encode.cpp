@@ -43,6 +43,7 @@ bool has_modes_in_order(const Patch& patch) {
     if (surface.vertices[static_cast<std::size_t>(i)].rows.cols() != r) return false;
   if (patch.others.count < 0 || patch.others.count > kMaxOtherContacts) return false;
   if (patch.others.own < 0 || patch.others.own > (patch.turn ? patch.others.count : 0)) return false;
+  if (patch.others.own_on_terms && patch.others.own == 0) return false;
   if (patch.needle.layers.count < 0 || patch.needle.layers.count > (patch.turn ? kMaxNeedleLayers : 0)) return false;
   for (const PatchNeedle::Point& point : patch.needle.points)
     if (!patch.needle.empty() && point.rows.cols() != r) return false;
@@ -127,7 +128,8 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
   for (int m = 0; m < r; ++m) {
     double largest = 0;
     for (const auto& vertex : vertices) largest = std::max(largest, vertex.rows.col(m).cwiseAbs().maxCoeff());
-    for (const OtherContact& other : patch.others.tools()) largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
+    for (const OtherContact& other : patch.others.with_rows())
+      largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
     for (const PatchNeedle::Point& point : patch.needle.points)
       if (!patch.needle.empty()) largest = std::max(largest, point.rows.col(m).cwiseAbs().maxCoeff());
     for (const PatchSuture::Bite& bite : patch.suture.all()) largest = std::max(largest, bite.rows.col(m).cwiseAbs().maxCoeff());
@@ -145,7 +147,7 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
       for (int k = 0; k < 3; ++k) shorts.add(pack::to_short(vertex.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   for (int t = 0; t < patch.surface.triangle_count; ++t)
     shorts.add(pack_triangle(packer, patch.surface.triangles[static_cast<std::size_t>(t)]));
-  for (const OtherContact& other : patch.others.tools())
+  for (const OtherContact& other : patch.others.with_rows())
     for (int m = 0; m < r; ++m)
       for (int k = 0; k < 3; ++k) other_rows.add(pack::to_short(other.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   for (const PatchNeedle::Point& point : patch.needle.points)
@@ -157,18 +159,35 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
   return step;
 }
 
-std::array<wire::OtherContact, kMaxOtherContacts> other_tools(pack::Packer& packer, const PatchOthers& others) {
-  std::array<wire::OtherContact, kMaxOtherContacts> sent{};
-  for (std::size_t k = 0; k < others.tools().size(); ++k) {
-    const OtherContact& other = others.of[k];
+using OtherContacts = Bounded<wire::OtherContact, kMaxOtherContacts>;
+OtherContacts contacts_with_rows(pack::Packer& packer, const PatchOthers& others) {
+  OtherContacts sent;
+  for (const OtherContact& other : others.with_rows()) {
     const auto normal = pack_normal(other.normal);
-    sent[k] = {packer.vec(other.gap),
-               packer.sym(other.c_static),
-               pack::to_steps(other.velocity, pack::kVelocityStep),
-               pack::to_steps(other.acceleration, pack::kAccelerationStep),
-               normal[0],
-               normal[1],
-               static_cast<std::uint16_t>(other.touching ? 1 : 0)};
+    sent.add({packer.vec(other.gap), packer.sym(other.c_static), pack::to_steps(other.velocity, pack::kVelocityStep),
+              pack::to_steps(other.acceleration, pack::kAccelerationStep), normal[0], normal[1],
+              static_cast<std::uint16_t>(other.touching ? 1 : 0)});
+  }
+  return sent;
+}
+
+std::uint16_t to_compliance(double c_m_n) {
+  constexpr float kHalfMost = 65504;
+  return packed::to_half(std::clamp(static_cast<float>(c_m_n / pack::kComplianceUnit_m_n), 0.0F, kHalfMost));
+}
+
+using OwnContacts = Bounded<wire::OwnContact, kMaxOtherContacts>;
+OwnContacts contacts_on_terms(pack::Packer& packer, const PatchOthers& others) {
+  OwnContacts sent;
+  if (!others.own_on_terms) return sent;
+  for (const OtherContact& own : others.tools().first(static_cast<std::size_t>(others.own))) {
+    const auto normal = pack_normal(own.normal);
+    const int exponent = step_exponent(packer.number(own.gap.cwiseAbs().maxCoeff()));
+    const double along = packer.number(own.normal.dot(own.c_static * own.normal)), trace = packer.number(own.c_static.trace());
+    if (!packer.ok()) return sent;
+    sent.add({pack::to_steps(own.gap, std::ldexp(1.0F, exponent)), static_cast<std::int8_t>(exponent),
+              static_cast<std::uint8_t>(own.touching ? 1 : 0), normal[0], normal[1], to_compliance(along),
+              to_compliance(0.5 * (trace - along))});
   }
   return sent;
 }
@@ -323,8 +342,10 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto fading_at = fading.size() > 0 ? builder.CreateVector(fading.data(), fading.size()) : 0;
   const auto pulls_at = pulls.size() > 0 ? builder.CreateVector(pulls.data(), pulls.size()) : 0;
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
-  const auto tools = other_tools(packer, patch.others);
-  const auto others_at = others ? builder.CreateVectorOfStructs(tools.data(), patch.others.tools().size()) : 0;
+  const OtherContacts tools = others ? contacts_with_rows(packer, patch.others) : OtherContacts{};
+  const auto others_at = tools.size() > 0 ? builder.CreateVectorOfStructs(tools.data(), tools.size()) : 0;
+  const OwnContacts own = others ? contacts_on_terms(packer, patch.others) : OwnContacts{};
+  const auto own_at = own.size() > 0 ? builder.CreateVectorOfStructs(own.data(), own.size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
   const auto needle_at = surface && !patch.needle.empty() ? write_needle(builder, packer, patch.needle, needle_rows) : 0;
   const auto suture_at = surface && !patch.suture.empty() ? write_suture(builder, packer, patch.suture, suture_rows) : 0;
@@ -343,7 +364,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
                            !patch.constant && !is_touch ? &attach : nullptr, load_at,
                            load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
                            others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at, needle_at,
-                           on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at);
+                           on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at, own_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -362,12 +383,13 @@ namespace {
 int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
-  constexpr int kJawsBytes = 16, kJawBytes = 4;
+  constexpr int kJawsBytes = 16, kJawBytes = 4, kOwnOverheadBytes = 16, kOwnContactBytes = 16;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
   constexpr int kSutureBytes = 88, kBiteBytes = 16;
-  const int others = contacts.others;
+  const int others = contacts.others, with_rows = others - contacts.on_terms;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
-         (others > 0 ? kOthersOverheadBytes + others * (kOtherContactBytes + 6 * modes) : 0) +
+         (with_rows > 0 ? kOthersOverheadBytes + with_rows * (kOtherContactBytes + 6 * modes) : 0) +
+         (contacts.on_terms > 0 ? kOwnOverheadBytes + contacts.on_terms * kOwnContactBytes : 0) +
          (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
          (contacts.jaws ? kJawsBytes + kJawBytes * (others + 1) : 0) +
          (contacts.needle_layers > 0 ? kNeedleBytes + kLayerBytes * contacts.needle_layers + 6 * kNeedlePoints * modes : 0) +

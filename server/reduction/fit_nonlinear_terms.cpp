@@ -98,7 +98,7 @@ bool terms_depart(const Patch& patch, const NonlinearTerms& terms, Micros horizo
   constexpr Micros kCompareEvery{5'000};
   constexpr double kTimes = 2, kBesidesN = 1;  // measured: elements of `spleen` that buckled had 6 N for 0.8
   const ToolAt now{patch.tool, patch.tool_velocity};
-  PatchPlayer whole(patch, terms), linear(patch, {});
+  PatchPlayer whole(patch, terms), linear(extended(patch, terms), {});
   for (Micros after = kCompareEvery; after <= horizon; after += kCompareEvery) {
     const ToolSample tool{patch.stamp + after, dead_reckoned(now, seconds(after)).position, patch.turn, patch.opening};
     const Vec3 expected = linear.advance(tool).force;

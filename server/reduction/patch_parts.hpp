@@ -53,6 +53,7 @@ inline PatchContacts contacts_of(const LinearPort& model) {
   const std::shared_ptr<const NeedlePath>& path = model.tool_port().needle.path;
   PatchContacts contacts{static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
                          model.others.shaft.empty() ? 0 : path->layers.count, model.frame.has_jaws(model.which)};
+  if (model.hyper()) contacts.on_terms = static_cast<int>(model.others.own);
   if (const auto& suture = model.tool_port().suture) contacts.bites = model.frame.dynamics().body().sutures[*suture].law.bites;
   return contacts;
 }

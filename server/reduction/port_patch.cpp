@@ -37,6 +37,12 @@ Mat3 residual_compliance(const Port& port, double shift, const PortRows& rows, c
   return part_above(symmetric(symmetric(port.compliance) - by_modes), 0);
 }
 
+/// Returns the compliance along the normal, and the mean of those across it.
+Mat3 alike_across(const Vec3& normal, const Mat3& compliance) {
+  const double along = normal.dot(compliance * normal), across = 0.5 * (compliance.trace() - along);
+  return across * Mat3::Identity() + (along - across) * normal * normal.transpose();
+}
+
 /// Adds the other contacts of the patch, on its modes `v`.
 void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
   FrameModel& frame = model.frame;
@@ -46,17 +52,25 @@ void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
     OtherContact& tool = patch.others.of[static_cast<std::size_t>(patch.others.count++)];
     tool.touching = port.touching;
     tool.sphere = port.sphere;
-    if (static_cast<std::size_t>(patch.others.count) > model.others.own) {
+    const bool own = static_cast<std::size_t>(patch.others.count) <= model.others.own;
+    if (!own) {
       tool.velocity = path.velocity;
       tool.acceleration = path.acceleration;
     }
     tool.normal = frame.normal(contact.tool);
-    tool.rows = rows_of(*contact.port, v);
-    tool.c_static = residual_compliance(*contact.port, model.p.shift(), tool.rows, patch);
+    if (own && model.hyper()) {
+      tool.rows.setZero(3, v.cols());
+      tool.c_static = alike_across(tool.normal, symmetric(contact.port->compliance));
+    } else {
+      tool.rows = rows_of(*contact.port, v);
+      tool.c_static = residual_compliance(*contact.port, model.p.shift(), tool.rows, patch);
+    }
     const Vec3 push = port.touching ? port.lambda : Vec3::Zero();
     tool.gap = frame.gap(contact.tool) + tool.c_static * push;
+    if (own && model.hyper()) patch.g += rows_of(*contact.port, v).transpose() * push;
   }
   patch.others.own = static_cast<int>(model.others.own);
+  patch.others.own_on_terms = model.hyper() && model.others.own > 0;
 }
 
 void add_needle_path(const LinearPort& model, const Matrix& v, PatchNeedle& needle) {
@@ -112,7 +126,10 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   patch.contact_stiffness_n_m = port.parameters.contact_stiffness_n_m;
   patch.friction = port.parameters.friction;
   patch.trust_radius_m = kTrustedSpacings * frame.spacing_m();
-  const int vertices = request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count, contacts_of(model));
+  const PatchContacts contacts = contacts_of(model);
+  // The surface of the terms has room for the triangle under each of its contacts.
+  const int vertices = std::min(request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count, contacts),
+                                kMaxPortVertices - 3 * contacts.on_terms);
   if (model.hyper()) {
     const Matrix stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, prescribed_motion(model), stiffness, vertices, reduced, made);

@@ -105,8 +105,24 @@ KrylovStart krylov_start(const LinearPort& model) {
   return start;
 }
 
+/// Adds the push along its normal of each of the tool's other contacts that will begin to touch, scaled to how deep it will get.
+void add_beginning_contacts(const LinearPort& model, SnapshotSet& to) {
+  constexpr double kLeastM = 5e-4, kMostM = 0.02;  // a contact that just begins; more than any patch is good for
+  const double horizon_s = seconds(model.request.horizon);
+  for (const OtherTools::Contact& own : std::span(model.others.contacts).first(model.others.own)) {
+    FrameModel& frame = model.frame;
+    if (frame.ports()[own.tool].touching || !frame.will_touch(own.tool, model.request.horizon)) continue;
+    const Vec3 normal = frame.normal(own.tool);
+    Vector push = Vector::Zero(model.at.masses().size());
+    for (std::size_t axis = 0; axis < 3; ++axis) push += normal[static_cast<Eigen::Index>(axis)] * own.port->response[axis];
+    const double moved = normal.dot(gather(own.port->b, push));
+    const double depth_m = -normal.dot(frame.gap(own.tool) + horizon_s * frame.tool(own.tool).velocity);
+    if (moved > 0) to.add(SnapshotKind::slide, push, std::clamp(depth_m, kLeastM, kMostM) / moved);
+  }
+}
+
 /// Port responses, scaled to the tool's likely motion along each axis; for a touch indentations and slides, and where several
-/// contacts of the tool touch or will, their pushes together and slides.
+/// contacts of the tool touch or will, their pushes together, those of contacts that begin, and slides.
 SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
   const double horizon_s = seconds(model.request.horizon);
   const Port& port = model.port();
@@ -140,6 +156,7 @@ SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start) {
     const double moved = wrench.load.dot(wrench.response);
     if (moved > 0) snapshots.add(SnapshotKind::slide, wrench.response, std::min(wrench.most_m, far.norm()) / moved);
   }
+  add_beginning_contacts(model, snapshots);
   for (const OtherTools::Contact& own : others)
     for (const Vector& x : own.port->slides) snapshots.add(SnapshotKind::slide, x);
   return snapshots;

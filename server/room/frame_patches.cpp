@@ -9,6 +9,19 @@
 #include "server/reduction/tool_prediction.hpp"
 
 namespace palpate {
+namespace {
+
+/// Returns how far a tool gets by a hand's acceleration in any direction, and the body towards it. `touches`: true if a sphere of
+/// the tool does.
+double sudden_way_m(double time_s, bool touches, Scheme scheme) {
+  constexpr double kMarginM = 0.005;  // more: patches that nobody needs
+  constexpr double kMarginTouchingM = 0.001;
+  if (!touches) return 0.5 * kHandAccelerationMostMs2 * time_s * time_s + kMarginM;
+  // The body holds the tool up, and each contact takes the place of modes, few with terms.
+  return kMarginTouchingM + (scheme == Scheme::hyper ? accelerated_distance(time_s) : 0);
+}
+
+}  // namespace
 
 FramePatches::FramePatches(SteppedBody& body)
     : body_(&body),
@@ -126,6 +139,7 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
 /// surface. Those of a body that are in reach, and the path of a needle, are requested: the patch has their contacts, too.
 void FramePatches::choose_port(Task& task, Micros horizon) {
   const bool touches = std::ranges::any_of(task.parts, [&](std::size_t k) { return body_->ports()[k].touching; });
+  const double sudden_m = sudden_way_m(seconds(horizon), touches, task.job->scheme);
   std::pair<double, double> best{-1, 0};  // force, minus height
   for (const std::size_t k : task.parts) {
     const ToolPort& port = body_->ports()[k];
@@ -134,7 +148,7 @@ void FramePatches::choose_port(Task& task, Micros horizon) {
       continue;
     }
     const bool holds = port.kind == ContactKind::attach || port.touching;
-    const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon, touches);
+    const std::optional<double> height = holds ? 0 : height_in_reach(k, horizon, sudden_m);
     if (!height) continue;
     if (task.parts.size() > 1 && task.job->wants_patch) frame_model_->request_patch(k);
     const std::pair worth{holds ? port.lambda.norm() : 0.0, -*height};
@@ -144,17 +158,12 @@ void FramePatches::choose_port(Task& task, Micros horizon) {
   }
 }
 
-/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch. `touches`: true
-/// if another sphere of the tool touches.
-std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros horizon, bool touches) {
-  // The distance that the tool can cover before the next patch: from its speed, plus a hand's acceleration in any direction. A
-  // tool that touches is held up by the body, and each contact takes the place of modes.
-  constexpr double kReachMarginM = 0.005;  // the body moves, too; more: patches that nobody needs
-  constexpr double kReachMarginTouchingM = 0.001;
+/// Returns the height of a tool that does not touch above the surface, if it may meet it before the next patch: by its speed and
+/// `sudden_m`.
+std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros horizon, double sudden_m) {
   const ToolAt& tool = frame_model_->tool(port);
-  const double t = seconds(horizon), radius_m = body_->ports()[port].sphere.radius_m;
-  const double sudden = touches ? kReachMarginTouchingM : 0.5 * kHandAccelerationMostMs2 * t * t + kReachMarginM;
-  const double reach = tool.velocity.norm() * t + sudden + radius_m;
+  const double radius_m = body_->ports()[port].sphere.radius_m;
+  const double reach = tool.velocity.norm() * seconds(horizon) + sudden_m + radius_m;
   const auto nearest = body_->nearest_within(tool.position, reach);
   if (!nearest) return std::nullopt;
   body_->move_point(port, nearest->point);

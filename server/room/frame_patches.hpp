@@ -67,7 +67,7 @@ class FramePatches {
   void sync_stations(const FrameJob& job);
   void begin_model(const FrameJob& job, Micros mean_horizon);
   Task task_of(const StationJob& job);
-  std::optional<double> height_in_reach(std::size_t port, Micros horizon, bool touches);
+  std::optional<double> height_in_reach(std::size_t port, Micros horizon, double sudden_m);
   void choose_port(Task& task, Micros horizon);
   void set_pose(const Task& task, StationFrame& frame) const;
   StationFrame frame_of(const Task& task, Micros stamp);

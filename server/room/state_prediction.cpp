@@ -22,6 +22,7 @@ constexpr int kSnapshots = 12;                  // 3 miss what swings within the
 constexpr int kLongSteps = 6;                   // one a snapshot; 12 take twice as long (docs/notebook.md, 33)
 constexpr double kFirstCostMostS = 0.05;    // of the first in long steps: a frame at 20 Hz, by estimate (docs/notebook.md, 71)
 constexpr double kFrameCostMostS = 0.0125;  // of all: a quarter of a frame at 20 Hz
+constexpr double kBodyCostMax = 0.01;       // so a horizon of 0.2 s costs 2 ms a rollout at most
 
 /// Comes first where a tool does not touch.
 const HandRollout kPress{.presses = true, .snapshots = kSnapshots};
@@ -91,7 +92,8 @@ ToolAt moved(const HandRollout& rollout, const Hand& hand, const ToolAt& dead_re
 }  // namespace
 
 StatePrediction::StatePrediction(SteppedBody& body) : body_(&body) {
-  if (!body.integrator().stepper->is_stateless() || body.dynamics().body().is_solid())
+  const bool unaffordable = body.integrator().cost > kBodyCostMax && body.scene().tool.shape.size() > 1;
+  if (!body.integrator().stepper->is_stateless() || body.dynamics().body().is_solid() || unaffordable)
     long_steps_.emplace(body.dynamics(), body.skin());
 }
 
@@ -122,7 +124,6 @@ std::vector<PredictedState> StatePrediction::states(Micros horizon) {
 
 /// Returns how many rollouts fit into kFrameCostMostS by estimate. Long steps count what they take.
 std::size_t StatePrediction::affordable_rollouts(Micros horizon) const {
-  constexpr double kBodyCostMax = 0.01;  // so a horizon of 0.2 s costs 2 ms a rollout at most
   std::size_t rollouts = kHandRollouts.size() + 1;
   if (long_steps_) return rollouts;
   if (body_->integrator().cost > kBodyCostMax) return 0;

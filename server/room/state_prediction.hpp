@@ -15,8 +15,9 @@
 //
 // A rollout costs what the body costs over its time, c tau, c its cost by the selection of the integrator [s/s]; as many are run
 // as fit into kFrameCostMostS, in the order of the table, none of a body with c > kBodyCostMax. Where the integrator keeps
-// something from step to step, and of solids, whose explicit steps are hundreds, TR-BDF2 takes one long step from snapshot to
-// snapshot (rollout_integrator.hpp): the first rollout may cost kFirstCostMostS, the others are run for what it leaves of
+// something from step to step, of solids, whose explicit steps are hundreds, and with c > kBodyCostMax under a tool of several
+// spheres, which begin and end to touch within tau, TR-BDF2 takes one long step from snapshot to snapshot
+// (rollout_integrator.hpp): the first rollout may cost kFirstCostMostS, the others are run for what it leaves of
 // kFrameCostMostS. A rollout ends where a step does not converge or costs too much, with the states before. Tuned and measured:
 // docs/notebook.md, 24, 26, 30, 33, 71.
 #pragma once

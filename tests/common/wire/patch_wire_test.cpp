@@ -205,6 +205,39 @@ TEST_CASE("jaws arrive with their opening, and fit beside as many vertices as is
   CHECK(check(wrong) == PatchFault::out_of_range);
 }
 
+TEST_CASE("a tool's contacts that the surface of the terms moves arrive in few bytes, before those of other tools") {
+  const Patch plain = seeds::jaws_patch(5, 6, 8, 5, 3), sent = seeds::on_terms(plain), got = round_trip(sent);
+  REQUIRE(got.others.count == 5);
+  CHECK(got.others.own == 3);
+  CHECK(got.others.own_on_terms);
+  CHECK_FALSE(round_trip(plain).others.own_on_terms);
+  for (std::size_t j = 0; j < 3; ++j) {
+    const OtherContact &a = got.others.of[j], &b = sent.others.of[j];
+    CHECK(a.touching == b.touching);
+    CHECK(a.sphere == b.sphere);
+    CHECK((a.gap - b.gap).cwiseAbs().maxCoeff() <= 2 * kHalfStep * b.gap.cwiseAbs().maxCoeff());
+    CHECK((a.normal - b.normal).norm() < 1e-4);
+    CHECK((a.c_static - b.c_static).norm() < 1e-3 * b.c_static.norm());  // halves
+    CHECK((a.rows.rows() == 3 && a.rows.cols() == 5 && a.rows.isZero(0)));
+  }
+  CHECK(got.others.of[4].rows.isApprox(sent.others.of[4].rows, 1e-3));
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{got})) == seeds::bytes_of(seeds::message(PatchMessage{sent})));
+  for (int own = 1; own <= kMaxOtherContacts; ++own)
+    for (int r = 1; r <= kMaxModes; ++r) {
+      PatchContacts contacts{own, true, 0, true};
+      contacts.on_terms = own;
+      const int vertices = max_port_vertices(r, kMaxPortTriangles, false, 0, contacts);
+      CAPTURE(own, r, vertices);
+      if (vertices < 3) continue;
+      const int triangles = std::min(kMaxPortTriangles, most_triangles(vertices));
+      const Patch full = seeds::on_terms(seeds::jaws_patch(r, vertices, triangles, own, own));
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
+    }
+  Patch wrong = sent;
+  wrong.others.own = 0;
+  CHECK(check(wrong) == PatchFault::sizes);
+}
+
 TEST_CASE("a tool's body that none can be is refused") {
   const Patch right = seeds::body_patch(5, 6, 8, 4, 3);
   REQUIRE(check(right) == PatchFault::none);

@@ -220,6 +220,18 @@ inline Patch body_patch(int r, int vertices, int triangles, int others, int own)
   return patch;
 }
 
+/// The same as one of a patch with terms, whose surface moves the contacts of the tool.
+inline Patch on_terms(Patch patch) {
+  patch.others.own_on_terms = true;
+  for (int j = 0; j < patch.others.own; ++j) {
+    OtherContact& own = patch.others.of[static_cast<std::size_t>(j)];
+    own.rows.setZero();
+    own.velocity = own.acceleration = Vec3::Zero();
+    own.c_static = 2e-4 * Mat3::Identity() + 3e-4 * own.normal * own.normal.transpose();
+  }
+  return patch;
+}
+
 /// The same with jaws, open by a third.
 inline Patch jaws_patch(int r, int vertices, int triangles, int others, int own) {
   Patch patch = body_patch(r, vertices, triangles, others, own);
@@ -281,6 +293,7 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{suture_patch(5, 6, 8, 6)}));
   all.push_back(message(PatchMessage{body_patch(4, 6, 8, 3, 2)}));
   all.push_back(message(PatchMessage{jaws_patch(4, 6, 8, 3, 2)}));
+  all.push_back(message(PatchMessage{on_terms(jaws_patch(4, 6, 8, 3, 2))}));
   all.push_back(message(PatchMessage{needle_patch(4, 6, 8, 3)}));
   Welcome tools{"w", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0};
   tools.turns = true;

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "common/patch/surface.hpp"
 #include "common/player/player.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_track.hpp"
@@ -125,6 +126,37 @@ TEST_CASE(
   REQUIRE(turning_peak > 3e-3);
   CHECK(error < 0.15 * peak);
   CHECK(turning < 0.15 * turning_peak);
+}
+
+TEST_CASE(
+    "The terms of a bar's patch have the triangle under each of its contacts, which stay where they are if the terms are lost") {
+  Handled body(kBar);
+  const ToolPose pressed(kMiddle - Vec3(0, 0, 0.006), about(Vec3::UnitY(), 0.05));
+  FrameResult result;
+  for (int k = 0; k < 30; ++k) result = body.frame([&](Micros) { return pressed; }, Scheme::hyper);
+  const StationFrame& frame = result.stations.front();
+  REQUIRE((frame.patch && frame.terms.variables > 0 && frame.force.z() > 0.1));
+  const PatchOthers& others = frame.patch->others;
+  REQUIRE(others.own == 2);
+  CHECK(others.own_on_terms);
+  const Patch whole = extended(*frame.patch, frame.terms);
+  const PlayedSurface surface(whole.surface, whole.modes(), StateInput::Zero(2 * whole.modes(), whole.modes()));
+  for (const OtherContact& own : others.tools()) {
+    CHECK(own.rows.isZero(0));
+    // Above the surface by its push over the compliance of the whole body, of which the surface as it is has yielded.
+    const Vec3 lowest = pressed.centre_of(own.sphere) - own.sphere.radius_m * own.normal;
+    const double k = frame.patch->contact_stiffness_n_m, c = own.normal.dot(own.c_static * own.normal);
+    const double push = -own.normal.dot(own.gap) / (c + 1 / k);
+    const NearestPoint nearest = nearest_point(surface.view(), surface.positions(), lowest);
+    CHECK((nearest.position - lowest).dot(own.normal) == Approx(push / k).margin(2e-5));
+  }
+  PatchPlayer lost(*frame.patch, {});
+  const auto later = [&](Micros after, const Vec3& moved) {
+    return lost.advance({frame.patch->stamp + after, pressed.position + moved, pressed.turn}).force;
+  };
+  CHECK((later(Micros{20'000}, Vec3::Zero()) - frame.force).norm() < 0.05 * frame.force.norm());
+  CHECK(later(Micros{40'000}, Vec3(0, 0, -0.001)).z() > frame.force.z());
+  CHECK(later(Micros{60'000}, Vec3(0, 0, 0.02)).isZero(0));
 }
 
 TEST_CASE(
