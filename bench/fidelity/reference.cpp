@@ -83,9 +83,10 @@ struct ReferenceModel::State {
     port.node = scene.tool.node;
     port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
     port.tool = static_cast<std::uint32_t>(k);
-    const bool holds = scene.tool.holds && k == 0;
+    const std::optional<std::uint32_t> thread =
+        scene.tool.holds.empty() || k != 0 ? std::nullopt : dynamics->sutures().end_of(body, scene.tool.holds.front());
     const std::vector<ToolPort> parts =
-        holds ? std::vector{suture_port(scene.body, *scene.tool.holds, port)} : parts_of(scene.tool.shape, tissue.get(), port);
+        thread ? std::vector{suture_port(body, *thread, port)} : parts_of(scene.tool.shape, tissue.get(), port);
     ports.insert(ports.end(), parts.begin(), parts.end());
     fade[k].reset();
   }

@@ -137,6 +137,7 @@ void check_suture(const PatchSuture& suture, Numbers& numbers) {
   numbers.within(suture.law.stiffness_n_m, kMinThreadStiffness_n_m, kMaxThreadStiffness_n_m);
   numbers.within(suture.law.friction, 0, kMaxFriction);
   numbers.within(suture.law.drag_n, 0, kMaxForceN);
+  numbers.within(suture.law.tear_n, 0, kMaxForceN);
   for (std::size_t i = 0; i <= suture.all().size(); ++i) numbers.within(suture.length_m[i], 0, kWorldExtentM);
   for (const PatchSuture::Bite& bite : suture.all()) {
     numbers.all(bite.position, kWorldExtentM);

@@ -144,6 +144,39 @@ class Slides {
 
 }  // namespace
 
+namespace {
+
+constexpr double kSoftest = 1e-3;  // of the stiffness without slides
+
+/// The force of a thread on a bite, and its stiffness along it; energy and lengths of the thread after it has slid.
+struct BiteForce {
+  Vec3 force;
+  double stiffness_n_m = 0, energy_j = 0;
+  OfSpans length_m;
+  double most_m = 1e-3;  // to go at a time: not beyond the other end of a span that is taut
+
+  BiteForce(const SutureLaw& law, const OfSpans& begun_m, const SuturePlace& place, std::size_t j) {
+    const SutureShape shape = shape_of(law, place);
+    const SuturePull pull = pull_of(law, begun_m, shape);
+    length_m = pull.length_m;
+    for (const double tension_n : pull.tension_n) energy_j += 0.5 * tension_n * tension_n / law.stiffness_n_m;
+    force = pull.tension_n[j + 1] * shape.along[j + 1] - pull.tension_n[j] * shape.along[j];
+    const Vec3 towards = force.normalized();
+    const double grows[] = {towards.dot(shape.along[j]), -towards.dot(shape.along[j + 1])};
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+      if (!(pull.tension_n[j + i] > 0)) continue;
+      const double across = pull.tension_n[j + i] / shape.distance_m[j + i] * (1 - grows[i] * grows[i]);
+      stiffness_n_m += across;
+      for (const std::size_t m : {std::size_t{0}, std::size_t{1}})
+        stiffness_n_m += grows[i] * pull.tangent(j + i, j + m) * grows[m];
+      most_m = std::min(most_m, shape.distance_m[j + i]);
+    }
+    stiffness_n_m = std::max(stiffness_n_m, kSoftest * law.stiffness_n_m);
+  }
+};
+
+}  // namespace
+
 SutureShape shape_of(const SutureLaw& law, const SuturePlace& place) noexcept {
   SutureShape shape;
   shape.held = place.held;
@@ -190,6 +223,42 @@ SuturePull pull_of(const SutureLaw& law, const OfSpans& length_m, const SutureSh
     }
   }
   return pull;
+}
+
+SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace place) noexcept {
+  constexpr int kTearRounds = 100, kHalves = 12;
+  constexpr double kTooMuchN = 1e-6;
+  SutureTear tear;
+  tear.way.fill(Vec3::Zero());
+  tear.spans_m = length_m;
+  if (!(law.tear_n > 0)) return tear;
+  tear.spans_m = pull_of(law, length_m, shape_of(law, place)).length_m;
+  const auto n = static_cast<std::size_t>(law.bites);
+  for (int round = 0; round < kTearRounds; ++round) {
+    bool any = false;
+    for (std::size_t j = 0; j < n; ++j) {
+      const BiteForce at(law, tear.spans_m, place, j);
+      const double too_much = at.force.norm() - law.tear_n;
+      if (!(too_much > kTooMuchN)) continue;
+      const Vec3 from = place.points[j], towards = at.force.normalized();
+      // By the tangent, or less far: the thread gives what the way takes.
+      double way = std::min(at.most_m, too_much / at.stiffness_n_m);
+      bool goes = false;
+      for (int half = 0; half < kHalves && !goes; ++half, way *= 0.5) {
+        place.points[j] = from + way * towards;
+        const BiteForce then(law, tear.spans_m, place, j);
+        goes = at.energy_j - then.energy_j >= law.tear_n * way;
+        if (!goes) continue;
+        tear.way[j] += way * towards;
+        tear.length_m += way;
+        tear.spans_m = then.length_m;
+      }
+      if (!goes) place.points[j] = from;
+      any |= goes;
+    }
+    if (!any) break;
+  }
+  return tear;
 }
 
 }  // namespace palpate

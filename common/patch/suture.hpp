@@ -15,10 +15,16 @@
 // This is a return map on the lengths: their sum stays as it is, and as length passes only to where the tension is higher, the
 // energy sum T_i^2 / 2 k never grows: it dissipates. k stands for the thread and for the tissue that it lies on.
 //
+// A bite bears what the tissue's toughness J allows: a thread of diameter d cuts through it, and the bite moves on
+//
+//     |f_j| <= J d,   f_j = T_(j+1) u_(j+1) - T_j u_j,   u the directions of spans;   else x_j moves along f_j until that holds
+//
+// This is a return map, too: it dissipates J d a length, and takes that from the energy of the thread.
+//
 // Tangent: spans that slide on each other are a group, dT_i/dl_m = c_i / sum_m (c_m / k), with c_(j+1) = r_j c_j along the slide;
 // 0 if a tail or a slack span feeds it; k of a span alone.
 //
-// Shapes and units: n bites; x_j, h 3 [m]; l, L [m]; T, d [N]; k [N/m]; theta [rad]; mu, r, c no unit.
+// Shapes and units: n bites; x_j, h 3 [m]; l, L [m]; T, d, J d [N]; k [N/m]; theta [rad]; mu, r, c no unit.
 // What can go wrong: a span that has given all its length to its neighbours stays at length 0; a tail that is used up holds, as
 // if it ended in a knot.
 #pragma once
@@ -40,6 +46,7 @@ struct SutureLaw {
   double drag_n = 0;         ///< d: with which tissue holds a thread that is not pulled
   bool first_tied = false, last_tied = false;
   bool barbed = false;  ///< true: it slides towards its end alone
+  double tear_n = 0;    ///< J d; 0: tissue holds whatever pulls
 };
 
 /// A number of each span.
@@ -70,5 +77,15 @@ struct SuturePull {
 };
 /// Returns the tensions of a thread of these material lengths, and its lengths after it has slid.
 SuturePull pull_of(const SutureLaw& law, const OfSpans& length_m, const SutureShape& shape) noexcept;
+
+/// Ways of bites through the tissue.
+struct SutureTear {
+  std::array<Vec3, kMaxBites> way;  ///< of each bite [m]
+  double length_m = 0;              ///< of all together
+  OfSpans spans_m{};                ///< L_i afterwards
+};
+/// Returns the ways by which a thread of these material lengths cuts through the tissue, in small ones that slide and cut in
+/// turn, until each bite bears J d at most. No less energy than J d a length is taken from it.
+SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace place) noexcept;
 
 }  // namespace palpate

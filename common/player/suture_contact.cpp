@@ -24,8 +24,9 @@ SutureContact::SutureContact(const Patch& patch, const StateInput& psi0) : sutur
   force_ = -tension_n_[n] * shape.along[n];
 }
 
-SutureShape SutureContact::shape_at(const ModeVector& q, const Vec3& hand) const noexcept {
+SuturePlace SutureContact::place_at(const ModeVector& q, const Vec3& hand) const noexcept {
   SuturePlace place;
+  place.points.fill(Vec3::Zero());
   place.held = true;
   const auto n = static_cast<std::size_t>(suture_.law.bites);
   for (std::size_t j = 0; j < n; ++j) {
@@ -33,7 +34,11 @@ SutureShape SutureContact::shape_at(const ModeVector& q, const Vec3& hand) const
     place.points[j].noalias() += suture_.bites[j].rows * q;
   }
   place.points[n] = hand;
-  return shape_of(suture_.law, place);
+  return place;
+}
+
+SutureShape SutureContact::shape_at(const ModeVector& q, const Vec3& hand) const noexcept {
+  return shape_of(suture_.law, place_at(q, hand));
 }
 
 void SutureContact::point(const SutureShape& shape) noexcept {
@@ -90,6 +95,10 @@ void SutureContact::close(StateVector& z, const Vec3& hand) noexcept {
   }
   force_ = -tension_n_[n] * free.along[n];
   z += (1 - share_next_) * pull_;
+  if (!(suture_.law.tear_n > 0)) return;
+  const SutureTear tear = tear_of(suture_.law, suture_.length_m, place_at(z.head(r), hand));
+  suture_.length_m = tear.spans_m;
+  for (std::size_t j = 0; j < n; ++j) suture_.bites[j].position += tear.way[j];
 }
 
 }  // namespace palpate

@@ -313,6 +313,20 @@ void add_cut(const record::Cut& table, std::vector<RecordedCut>& cuts, PartSense
   cuts.push_back(std::move(cut));
 }
 
+RecordedThread thread_of(const record::Thread& table, PartSense& sense) {
+  RecordedThread thread{table.suture(), (table.flags() & 1) != 0, (table.flags() & 2) != 0, (table.flags() & 4) == 0, {}, {}};
+  sense.that(table.flags() < 8);
+  thread.length_m = sense.numbers(table.lengths());
+  for (const double length_m : thread.length_m) sense.number(length_m, 0, kWorldExtentM);
+  each(table.bites(), sense, [&](const record::Bite& bite) {
+    const std::vector<Vec3> at = points_of(bite.at(), sense);
+    sense.that(at.size() == 1 && thread.bites.size() < RecordedThread::kMostBites);
+    if (sense.ok()) thread.bites.push_back({bite.number(), bite.cell(), at.front()});
+  });
+  sense.that(thread.length_m.size() == thread.bites.size() + 1);
+  return thread;
+}
+
 RecordedCheckpoint checkpoint_of(const record::Checkpoint& table, Micros base, PartSense& sense) {
   RecordedCheckpoint checkpoint{base + Micros{table.at()}, {}, {}, {}, relaxed_of(table, sense)};
   each(table.positions(), sense, [&](const wire::Point& x) { checkpoint.positions.push_back(position_of(x, sense)); });
@@ -320,6 +334,7 @@ RecordedCheckpoint checkpoint_of(const record::Checkpoint& table, Micros base, P
   sense.that(checkpoint.positions.size() == checkpoint.velocities.size());
   each(table.holds(), sense, [&](const record::Hold& hold) { checkpoint.holds.push_back(hold_of(hold, sense)); });
   each(table.cuts(), sense, [&](const record::Cut& cut) { add_cut(cut, checkpoint.cuts, sense); });
+  each(table.threads(), sense, [&](const record::Thread& thread) { checkpoint.threads.push_back(thread_of(thread, sense)); });
   return checkpoint;
 }
 

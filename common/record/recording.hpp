@@ -198,6 +198,19 @@ struct RecordedCut {
   double depth_m = 0;  ///< the edge is depth_m * direction
 };
 
+/// A thread through the body, or what was cut off one (server/body/sutures.hpp).
+struct RecordedThread {
+  static constexpr std::size_t kMostBites = 8;  ///< as kMaxBites of suture.hpp
+  struct Bite {
+    std::uint32_t number = 0, cell = 0;
+    Vec3 at = Vec3::Zero();  ///< in the body at rest [m], exact
+  };
+  std::uint32_t suture = 0;
+  bool first_tied = false, last_tied = false, has_end = true;
+  std::vector<double> length_m;  ///< one more than bites
+  std::vector<Bite> bites;
+};
+
 /// State of the whole body at a moment, from which a simulation can continue.
 struct RecordedCheckpoint {
   Micros t{};                               ///< body time
@@ -207,6 +220,7 @@ struct RecordedCheckpoint {
   /// accurate to 1.5e-5 of the largest number of each.
   Eigen::MatrixXf relaxed = {};
   std::vector<RecordedCut> cuts = {};  ///< of the scene's body into that of the checkpoint, in order
+  std::vector<RecordedThread> threads = {};
 };
 
 /// All contents of about half a second, each list in order of time.

@@ -190,6 +190,20 @@ std::unique_ptr<record::HoldT> table_of(const RecordedHold& hold, bool& broken) 
   return table;
 }
 
+std::unique_ptr<record::ThreadT> table_of(const RecordedThread& thread) {
+  auto table = std::make_unique<record::ThreadT>();
+  table->suture = thread.suture;
+  table->flags = static_cast<std::uint8_t>((thread.first_tied ? 1 : 0) | (thread.last_tied ? 2 : 0) | (thread.has_end ? 0 : 4));
+  table->lengths = thread.length_m;
+  for (const RecordedThread::Bite& bite : thread.bites) {
+    auto& to = table->bites.emplace_back(std::make_unique<record::BiteT>());
+    to->number = bite.number;
+    to->cell = bite.cell;
+    append(bite.at, to->at);
+  }
+  return table;
+}
+
 std::size_t bytes_of(const record::MeshChangeT& t) {
   return t.rest.size() * sizeof(wire::Point) + t.marks.size() + (t.removed.size() + t.triangles.size()) * sizeof(std::uint32_t);
 }
@@ -418,15 +432,17 @@ void RecordingWriter::add(const RecordedCheckpoint& c) {
     table->cuts.push_back(table_of(cut, before));
     before = &cut;
   }
+  for (const RecordedThread& thread : c.threads) table->threads.push_back(table_of(thread));
   broken = broken || !c.relaxed.allFinite();
   for (Eigen::Index e = 0; e < c.relaxed.cols() && !broken; ++e) {
     table->relaxed_steps.push_back(pack::short_step(c.relaxed.col(e).cwiseAbs().maxCoeff()));
     for (const float number : c.relaxed.col(e)) table->relaxed.push_back(pack::to_short(number, table->relaxed_steps.back()));
   }
   if (broken) return;
-  std::size_t bytes_of_cuts = 0;
-  for (const auto& cut : table->cuts) bytes_of_cuts += sizeof(double) * (cut->path.size() + cut->direction.size() + 4);
-  table->at = state_->at(c.t, bytes_of_cuts + c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)) +
+  std::size_t bytes_of_lists = 0;
+  for (const auto& cut : table->cuts) bytes_of_lists += sizeof(double) * (cut->path.size() + cut->direction.size() + 4);
+  for (const auto& thread : table->threads) bytes_of_lists += sizeof(double) * (5 * thread->bites.size() + 4);
+  table->at = state_->at(c.t, bytes_of_lists + c.positions.size() * (sizeof(wire::Point) + sizeof(wire::Vec)) +
                                   table->relaxed.size() * sizeof(std::int16_t) + table->relaxed_steps.size() * sizeof(float));
   state_->block.checkpoints.push_back(std::move(table));
 }

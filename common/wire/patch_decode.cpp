@@ -229,7 +229,7 @@ WireFault read_suture(const wire::Patch& table, Patch& patch) {
   const int r = patch.modes(), bites = sent.bites() ? static_cast<int>(sent.bites()->size()) : 0;
   Walk<std::int16_t> rows(sent.rows());
   Walk<float> lengths(sent.lengths());
-  if (patch.contact != ContactKind::touch || bites < 2 || bites > kMaxBites || lengths.left() != bites + 1 ||
+  if (patch.contact != ContactKind::touch || bites < 1 || bites > kMaxBites || lengths.left() != bites + 1 ||
       rows.left() != 3 * r * bites)
     return WireFault::malformed;
   if ((sent.flags() & ~kAllThreadFlags) != 0) return WireFault::out_of_range;
@@ -240,7 +240,8 @@ WireFault read_suture(const wire::Patch& table, Patch& patch) {
                 sent.drag(),
                 (sent.flags() & kFirstTiedFlag) != 0,
                 (sent.flags() & kLastTiedFlag) != 0,
-                (sent.flags() & kBarbedFlag) != 0};
+                (sent.flags() & kBarbedFlag) != 0,
+                sent.tear()};
   for (int i = 0; i <= bites; ++i) suture.length_m[static_cast<std::size_t>(i)] = lengths.next();
   for (int j = 0; j < bites; ++j) {
     PatchSuture::Bite& bite = suture.bites[static_cast<std::size_t>(j)];

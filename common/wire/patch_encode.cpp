@@ -237,7 +237,7 @@ flatbuffers::Offset<wire::Suture> write_suture(flatbuffers::FlatBufferBuilder& b
   return wire::CreateSuture(builder, packer.number(law.stiffness_n_m), packer.number(law.friction), packer.number(law.drag_n),
                             static_cast<std::uint8_t>((law.first_tied ? kFirstTiedFlag : 0) |
                                                       (law.last_tied ? kLastTiedFlag : 0) | (law.barbed ? kBarbedFlag : 0)),
-                            lengths_at, bites_at, rows_at);
+                            lengths_at, bites_at, rows_at, packer.number(law.tear_n));
 }
 
 std::uint16_t to_weight(double weight) {
@@ -385,7 +385,7 @@ int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, in
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
   constexpr int kJawsBytes = 16, kJawBytes = 4, kOwnOverheadBytes = 16, kOwnContactBytes = 16;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
-  constexpr int kSutureBytes = 88, kBiteBytes = 16;
+  constexpr int kSutureBytes = 92, kBiteBytes = 16;
   const int others = contacts.others, with_rows = others - contacts.on_terms;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
          (with_rows > 0 ? kOthersOverheadBytes + with_rows * (kOtherContactBytes + 6 * modes) : 0) +

@@ -5,9 +5,9 @@
 //
 //     f_j = T_(j+1) u_(j+1) - T_j u_j,   F_a = sum_j w_ja f_j
 //
-// so linear and angular momentum are kept. Material lengths are part of the state: those at the begin of a step, from which the
-// return map gives the tensions anywhere in it; they move on after it. With g_i = sum_a (w_(i-1)a - w_ia) u_i, that is dl_i =
-// -g_i . dx, the stiffness is
+// so linear and angular momentum are kept. Bites, knots and material lengths are part of the state: those at the begin of a step,
+// from which the return map gives the tensions anywhere in it; they move on after it. With g_i = sum_a (w_(i-1)a - w_ia) u_i,
+// that is dl_i = -g_i . dx, the stiffness is
 //
 //     K = sum_im k_im g_i g_m^T + sum_i T_i / l_i (g_i (x) (1 - u_i u_i^T)),   k_im = sqrt(c_i c_m) / sum (c / k) in a group
 //
@@ -27,11 +27,20 @@ namespace palpate {
 
 struct SutureState {
   struct Thread {
+    std::uint32_t suture = 0;  ///< of the body, of which it is, or is a part
+    bool has_end = true;       ///< false: the end that a hand may hold was cut off
+    SutureLaw law;             ///< without bites: it is torn out of the body
+    std::shared_ptr<const std::vector<SutureBite>> bites;
     OfSpans length_m{};        ///< L_i
     std::optional<Vec3> hand;  ///< h; none: nobody holds the end
   };
-  std::vector<Thread> threads;
+  std::vector<Thread> threads;  ///< those of the body first, by number; then what was cut off them
+  double torn_m = 0;            ///< length that bites cut through the tissue
+  std::uint32_t torn_out = 0;   ///< bites that have left the body
 };
+
+/// Returns the place of a thread's last bite; null if it has none.
+std::shared_ptr<const NodeWeights> last_bite(const BodyState& state, std::size_t which);
 
 class Sutures {
  public:
@@ -61,10 +70,16 @@ class Sutures {
   void add_tangents(const BodyState& state, std::size_t which, std::vector<Block>& blocks) const;
   /// Energy of the threads [J].
   double energy(const BodyState& state) const;
-  /// Moves the lengths on at the end of a step.
+  /// Moves the lengths on at the end of a step, and bites that bear too much through the tissue; those that leave it are gone.
   void follow(BodyState& state) const;
   /// Puts the end of a thread into a hand, where it is: no shorter than its tail. None: lets it go.
   void hold(BodyState& state, std::size_t which, const std::optional<Vec3>& hand) const;
+  /// Returns the thread that has the end of a suture of the body, if it can be pulled.
+  std::optional<std::uint32_t> end_of(const BodyState& state, std::uint32_t suture) const;
+  /// Ties a thread at its last bite, and lets its end go.
+  void tie(BodyState& state, std::size_t which) const;
+  /// Cuts the span that is nearest to `at` [m], if it is within reach; a hand keeps what is beyond. Returns false if none is.
+  bool cut(BodyState& state, const Vec3& at, double reach_m) const;
 
  private:
   const LumpedBody* body_;

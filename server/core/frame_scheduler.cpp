@@ -119,6 +119,7 @@ StationJob FrameScheduler::make_station_job(const Stations& stations, const Stat
   job.deadband = deadband_;
   job.playing = station.playing;
   job.wants_patch = station.served;
+  job.presses = station.tool.presses();
   if (station.pushes())
     job.samples = station.tool.timeline().between(body_time_, target);
   else
@@ -180,6 +181,7 @@ void FrameScheduler::count(const FrameResult& result, const Stations& stations, 
   counts_.cut_steps += static_cast<std::uint64_t>(result.cut_steps);
   counts_.frames_failed += result.failed;
   counts_.tools_released += result.released.size();
+  counts_.bites_torn_out += result.sutures.torn_out;
   ++counts_.frames;
   counts_.frame_seconds.add(seconds(took));
   if (gave_patches(result)) counts_.patches_seconds.add(seconds(result.patches_took));

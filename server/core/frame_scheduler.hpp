@@ -53,6 +53,7 @@ struct FrameCounts {
   std::uint64_t frames_without_rollouts = 0;  ///< those of `frames` without time for rollouts
   std::uint64_t steps = 0, cut_steps = 0;
   std::uint64_t tools_released = 0;           ///< tools released because their cost was far above that of a hand
+  std::uint64_t bites_torn_out = 0;           ///< bites of threads that left the body
   Micros left_out{};                          ///< body time dropped because the room was too far behind
   Micros frame_time_sum{}, frame_time_max{};  ///< from next_job() to finish()
   Micros simulated{}, stepping{};  ///< body time of frames that stepped the body; time spent on it, a part of frame_time_sum

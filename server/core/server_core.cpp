@@ -128,6 +128,7 @@ void ServerCore::finish(FrameResult result, Micros now) {
   frames_.finish(result, stations, now);
   for (const StationId id : result.released)
     if (const auto dear = stations.find(id); dear != stations.end() && on_tool_released_) on_tool_released_(dear->second);
+  if (result.sutures.any() && on_sutures_) on_sutures_(result.sutures);
   if (result.loose > 0 && on_piece_removed_) on_piece_removed_(result.loose);
   const BodyNow body = frames_.body(now);
   if (result.failed) return patches_.beat_all(stations, body);

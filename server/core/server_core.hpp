@@ -92,6 +92,8 @@ class ServerCore {
   void set_starved(bool starved) { views_.set_starved(starved); }
   /// Sets a listener for pieces that blades cut off, with the number of their cells.
   void on_piece_removed(std::function<void(std::size_t)> listener) { on_piece_removed_ = std::move(listener); }
+  /// Sets a listener for frames in which threads were tied, were cut, or cut through the tissue.
+  void on_sutures(std::function<void(const SutureNews&)> listener) { on_sutures_ = std::move(listener); }
   /// Sets a listener for tools that were released because their cost was far above that of a hand.
   void on_tool_released(std::function<void(const Station&)> listener) { on_tool_released_ = std::move(listener); }
 
@@ -163,6 +165,7 @@ class ServerCore {
   std::function<void(StationId, const ButtonChange&)> on_buttons_;
   std::function<void(const Station&)> on_tool_released_;
   std::function<void(std::size_t)> on_piece_removed_;
+  std::function<void(const SutureNews&)> on_sutures_;
   std::function<bool(const RecordedNote&)> on_note_;
 };
 

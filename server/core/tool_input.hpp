@@ -36,6 +36,7 @@ class ToolInput {
     for (const ButtonChange& change : samples.buttons) {  // changes are repeated, and may arrive out of order
       if (change.t <= buttons_.t) continue;
       const bool changed = change.pressed != buttons_.pressed;
+      if ((change.pressed & ~buttons_.pressed) != 0) ++presses_;
       buttons_ = change;
       if (changed) on_buttons(ButtonChange{clock.from_peer(change.t), change.pressed});
     }
@@ -49,6 +50,7 @@ class ToolInput {
   const Orientation& orientation() const { return orientation_; }  ///< the newest that came
   double opening() const { return opening_; }                      ///< likewise
   std::uint32_t pressed() const { return buttons_.pressed; }
+  std::uint32_t presses() const { return presses_; }  ///< how often a button was pressed
   const SampleCounts& counts() const { return counts_; }
 
  private:
@@ -61,6 +63,7 @@ class ToolInput {
   Orientation orientation_;
   double opening_ = 0;
   ButtonChange buttons_{Micros::min(), 0};  ///< the newest change; the station's clock
+  std::uint32_t presses_ = 0;
   SampleCounts counts_;
 };
 

@@ -188,8 +188,11 @@ void Integrator::hold_threads(const std::vector<ToolPort>& ports, const std::vec
 
 /// Sets what the threads that hands hold pull with.
 void Integrator::pull_hands(const BodyState& state, std::vector<ToolPort>& ports) const {
-  for (ToolPort& port : ports)
-    if (port.suture) port.lambda = dynamics_->sutures().pull_to_hand(state, *port.suture);
+  for (ToolPort& port : ports) {
+    if (!port.suture) continue;
+    port.lambda = dynamics_->sutures().pull_to_hand(state, *port.suture);
+    if (const auto bite = last_bite(state, *port.suture)) port.bite = bite;
+  }
 }
 
 void Integrator::start_held(const std::vector<ToolPort>& ports, const ToolMotion& tools, double end_s, BodyState& state) const {

@@ -39,8 +39,8 @@ struct ToolPort {
   Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
   Clearance clearance;           ///< touch: while it does not
   NeedlePort needle;
-  std::optional<std::uint32_t> suture = {};  ///< whose end the tool holds: its force is that of Dynamics, at `bite`
-  std::shared_ptr<const NodeWeights> bite;   ///< the last of the suture
+  std::optional<std::uint32_t> suture = {};  ///< thread whose end the tool holds: its force is that of Dynamics, at `bite`
+  std::shared_ptr<const NodeWeights> bite;   ///< the last of the thread
   /// Returns true if it is not on the surface, but on a needle's path in the body or at the bite of a thread.
   bool on_path() const { return needle.part == NeedlePart::shaft || needle.tip.inside || suture; }
   /// Returns true if its contact with the body is closed in each step.

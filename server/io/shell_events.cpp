@@ -52,6 +52,7 @@ void UdpServer::hear_rooms() {
       say(k, "piece_removed", fmt::format("a blade cut off {} cells that nothing holds any more: they are removed", cells),
           {{"cells", static_cast<double>(cells)}});
     });
+    cores_[k].on_sutures([this, k](const SutureNews& news) { say(k, news); });
     cores_[k].on_guidance([this, k](const GuidanceNews& news) { say(k, news); });
     cores_[k].on_scheme([this, k](const std::string& station, const SchemeInUse& in_use) {
       say(k, "scheme", fmt::format("station \"{}\": {}", station, describe(in_use)),
@@ -88,6 +89,16 @@ void UdpServer::say(std::size_t room, const RecordedEvent& event) const {
   if (!event.text.empty()) fields.push_back({"reason", event.text});
   append(fields, sender_fields());
   say(room, kind, text, std::move(fields));
+}
+
+void UdpServer::say(std::size_t room, const SutureNews& news) const {
+  for (const std::string& name : news.tied)
+    say(room, "thread_tied", fmt::format("thread \"{}\" is tied at its last bite", name), {{"suture", name}});
+  for (const std::string& name : news.cut)
+    say(room, "thread_cut", fmt::format("thread \"{}\" was cut", name), {{"suture", name}});
+  if (news.torn_out > 0)
+    say(room, "thread_torn_out", fmt::format("{} bites of threads were torn out of the tissue", news.torn_out),
+        {{"bites", static_cast<double>(news.torn_out)}});
 }
 
 void UdpServer::say(std::size_t room, const GuidanceNews& news) const {

@@ -91,7 +91,8 @@ void UdpServer::resume(std::size_t k, const NamedScene& named, const std::vector
   if (from.empty()) return say(k, "resumed", "no recording says how the body was: it is at rest", {});
   if (!found) return say(k, "resumed", from.string() + " has no checkpoint: the body is at rest", {{"file", from.string()}});
   const RecordedCheckpoint& newest = found->checkpoint;
-  if (!workers_[k]->room.resume(in_a_row(newest.positions), in_a_row(newest.velocities), newest.relaxed, steps_of(newest.cuts)))
+  if (!workers_[k]->room.resume(in_a_row(newest.positions), in_a_row(newest.velocities), newest.relaxed, steps_of(newest.cuts),
+                                threads_of(newest.threads, named.scene.body)))
     say(k, "resumed", from.string() + " does not know how far the body's stress has faded: it begins as if it had just been bent",
         {{"file", from.string()}});
   workers_[k]->absent = ReservedTools(found->checkpoint.holds);

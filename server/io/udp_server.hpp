@@ -153,6 +153,7 @@ class UdpServer {
            EventLevel level = EventLevel::info) const;
   void say(std::size_t room, const RecordedEvent& event) const;
   void say(std::size_t room, const GuidanceNews& news) const;
+  void say(std::size_t room, const SutureNews& news) const;
   RecordedEvent attributed(RecordedEvent event) const;
   std::vector<EventField> sender_fields() const;
   void watch_pace(std::size_t k);

@@ -87,6 +87,7 @@ void add_frames(Families& to, const RoomState& room, const Labels& of) {
   to.count("palpate_resets_withheld_total", "Requests for that which came too soon after others.", of, number(c.resets_withheld));
   to.count("palpate_tools_released_total", "Times that a tool was let go of, as it cost more than a hand does.", of,
            number(c.tools_released));
+  to.count("palpate_bites_torn_out_total", "Bites of threads that were torn out of the tissue.", of, number(c.bites_torn_out));
   to.count("palpate_left_out_seconds_total", "Body time that was left out, as the room was too far behind.", of,
            seconds(c.left_out));
   to.gauge("palpate_frame_rate_hertz", "Frames a second that were asked for.", of, room.rate_hz);

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/error.hpp"
 #include "server/core/room_info.hpp"
+#include "server/scene/sutures.hpp"
 
 namespace palpate {
 namespace {
@@ -39,6 +42,9 @@ void check(const RecordedCheckpoint& checkpoint, const std::string& where, const
     body.repeat(steps);
     nodes = body.body().nodes.size();
   }
+  if (!checkpoint.threads.empty() && !threads_of(checkpoint.threads, scene.body))
+    throw InputError(where, "its newest checkpoint has threads that are none of this scene's",
+                     "those of scene \"" + scene.name + "\"; move the file away to begin at rest");
   if (checkpoint.positions.size() != nodes)
     throw InputError(where, fmt::format("its newest checkpoint has {} nodes", checkpoint.positions.size()),
                      fmt::format("the {} of its scene{}", nodes, steps.empty() ? "" : " with its cuts"));
@@ -78,6 +84,47 @@ std::vector<CutStep> steps_of(const std::vector<RecordedCut>& cuts) {
     step.to.depth_m = cut.depth_m;
   }
   return steps;
+}
+
+std::vector<RecordedThread> recorded_threads(const BodyState& state) {
+  std::vector<RecordedThread> threads;
+  if (!state.sutures) return threads;
+  for (const SutureState::Thread& thread : state.sutures->threads) {
+    RecordedThread& recorded = threads.emplace_back();
+    recorded.suture = thread.suture;
+    recorded.first_tied = thread.law.first_tied;
+    recorded.last_tied = thread.law.last_tied;
+    recorded.has_end = thread.has_end;
+    recorded.length_m.assign(thread.length_m.begin(), thread.length_m.begin() + thread.law.bites + 1);
+    for (const SutureBite& bite : *thread.bites) recorded.bites.push_back({bite.number, bite.cell, bite.rest});
+  }
+  return threads;
+}
+
+std::shared_ptr<const SutureState> threads_of(const std::vector<RecordedThread>& threads, const LumpedBody& body) {
+  static_assert(RecordedThread::kMostBites == kMaxBites);
+  if (threads.size() < body.sutures.size()) return nullptr;
+  SutureState state;
+  for (const RecordedThread& recorded : threads) {
+    if (recorded.suture >= body.sutures.size()) return nullptr;
+    SutureState::Thread& thread = state.threads.emplace_back();
+    thread.suture = recorded.suture;
+    thread.has_end = recorded.has_end;
+    thread.law = body.sutures[recorded.suture].law;
+    thread.law.bites = static_cast<int>(recorded.bites.size());
+    thread.law.first_tied = recorded.first_tied;
+    thread.law.last_tied = recorded.last_tied;
+    std::ranges::copy(recorded.length_m, thread.length_m.begin());
+    std::vector<SutureBite> bites;
+    for (const RecordedThread::Bite& bite : recorded.bites) {
+      std::optional<SutureBite> at = bite_at(body, bite.cell, bite.at);
+      if (!at || bite.number >= body.sutures[recorded.suture].bites.size()) return nullptr;
+      at->number = bite.number;
+      bites.push_back(std::move(*at));
+    }
+    thread.bites = std::make_shared<const std::vector<SutureBite>>(std::move(bites));
+  }
+  return std::make_shared<const SutureState>(std::move(state));
 }
 
 Vector in_a_row(const std::vector<Vec3>& points) {

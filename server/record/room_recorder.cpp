@@ -90,9 +90,12 @@ RecordedTouch RoomRecorder::touch_of(const StationFrame& frame, Micros stamp) co
 void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& core, std::vector<RecordedHold> holds) {
   if (!result.state || result.failed) return;
   const BodyState& state = *result.state;
-  if (checkpoint_.size() == state.x.size() && checkpoint_ == state.x && checkpoint_history_ == state.history) return;
+  if (checkpoint_.size() == state.x.size() && checkpoint_ == state.x && checkpoint_history_ == state.history &&
+      checkpoint_threads_ == state.sutures)
+    return;
   checkpoint_ = state.x;
   checkpoint_history_ = state.history;
+  checkpoint_threads_ = state.sutures;
   for (const StationReport& station : core.stations())
     for (const StationFrame& frame : result.stations)
       if (frame.id == station.id && frame.contact && station.shadow_of.empty())
@@ -103,6 +106,7 @@ void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& c
     checkpoint.positions.emplace_back(at_node(state.x, node));
     checkpoint.velocities.emplace_back(at_node(state.v, node));
   }
+  checkpoint.threads = recorded_threads(state);
   if (result.cuts) checkpoint.cuts = recorded_cuts(*result.cuts);
   if (state.history) {
     checkpoint.relaxed = side_by_side(*state.history);

@@ -41,6 +41,7 @@ class RoomRecorder {
   std::shared_ptr<const BodySurface> surface_taken_;
   Vector checkpoint_;  ///< x of the last checkpoint
   std::shared_ptr<const StressHistory> checkpoint_history_;
+  std::shared_ptr<const SutureState> checkpoint_threads_;
   bool wants_shape_ = false, slow_ = false;
   std::map<StationId, Micros> newest_;    ///< newest recorded sample
   std::map<StationId, StationJob> jobs_;  ///< jobs of the frame that is out, without samples

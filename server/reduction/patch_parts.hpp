@@ -54,7 +54,7 @@ inline PatchContacts contacts_of(const LinearPort& model) {
   PatchContacts contacts{static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
                          model.others.shaft.empty() ? 0 : path->layers.count, model.frame.has_jaws(model.which)};
   if (model.hyper()) contacts.on_terms = static_cast<int>(model.others.own);
-  if (const auto& suture = model.tool_port().suture) contacts.bites = model.frame.dynamics().body().sutures[*suture].law.bites;
+  if (const auto& suture = model.tool_port().suture) contacts.bites = model.frame.state().sutures->threads[*suture].law.bites;
   return contacts;
 }
 

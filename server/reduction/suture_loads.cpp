@@ -3,8 +3,8 @@
 namespace palpate {
 namespace {
 
-const Suture& suture_of(const FrameModel& frame, std::size_t which) {
-  return frame.dynamics().body().sutures[*frame.ports()[which].suture];
+const SutureState::Thread& thread_of(const FrameModel& frame, std::size_t which) {
+  return frame.state().sutures->threads[*frame.ports()[which].suture];
 }
 
 /// Returns a load given at nodes in the coordinates of the operator.
@@ -22,7 +22,8 @@ SutureLoads suture_loads(const FrameModel& frame, const Linearisation& at, Share
   const ToolPort& port = frame.ports()[which];
   if (!port.suture) return loads;
   const Sutures& sutures = frame.dynamics().sutures();
-  const Suture& suture = suture_of(frame, which);
+  const SutureState::Thread& thread = thread_of(frame, which);
+  const std::vector<SutureBite>& bites = *thread.bites;
   Vector f = Vector::Zero(frame.state().x.size());
   sutures.add_forces(frame.state(), *port.suture, f);
   std::vector<std::pair<std::uint32_t, Vec3>> forces;
@@ -32,12 +33,12 @@ SutureLoads suture_loads(const FrameModel& frame, const Linearisation& at, Share
   std::vector<Sutures::Block> blocks;
   sutures.add_tangents(frame.state(), *port.suture, blocks);
   for (const Sutures::Block& block : blocks) loads.stiffness.push_back({restricted(at, block.y), block.stiffness_n_m});
-  const SutureShape shape = shape_of(suture.law, sutures.place_of(frame.state(), *port.suture));
-  for (std::size_t i = 1; i <= suture.bites.size(); ++i) {
+  const SutureShape shape = shape_of(thread.law, sutures.place_of(frame.state(), *port.suture));
+  for (std::size_t i = 1; i <= bites.size(); ++i) {
     std::vector<std::pair<std::uint32_t, Vec3>> pull;
-    for (const auto& [node, weight] : suture.bites[i - 1]) pull.emplace_back(node, weight * shape.along[i]);
-    if (i < suture.bites.size())
-      for (const auto& [node, weight] : suture.bites[i]) pull.emplace_back(node, -weight * shape.along[i]);
+    for (const auto& [node, weight] : bites[i - 1].at) pull.emplace_back(node, weight * shape.along[i]);
+    if (i < bites.size())
+      for (const auto& [node, weight] : bites[i].at) pull.emplace_back(node, -weight * shape.along[i]);
     ToolLoad& span = loads.spans.emplace_back();
     span.load = restricted(at, pull);
     span.most_m = kMaxThreadM;
@@ -49,15 +50,15 @@ SutureLoads suture_loads(const FrameModel& frame, const Linearisation& at, Share
 }
 
 void add_suture(const LinearPort& model, const Matrix& v, PatchSuture& to) {
-  const Suture& suture = suture_of(model.frame, model.which);
+  const SutureState::Thread& thread = thread_of(model.frame, model.which);
   const BodyState& state = model.frame.state();
   const std::uint32_t number = *model.tool_port().suture;
-  to.law = suture.law;
-  to.length_m = state.sutures->threads[number].length_m;
+  to.law = thread.law;
+  to.length_m = thread.length_m;
   const SuturePlace place = model.frame.dynamics().sutures().place_of(state, number);
-  for (std::size_t j = 0; j < suture.bites.size(); ++j) {
+  for (std::size_t j = 0; j < thread.bites->size(); ++j) {
     to.bites[j].position = place.points[j];
-    const NodeWeights b = model.at.body->restricted(suture.bites[j]);
+    const NodeWeights b = model.at.body->restricted((*thread.bites)[j].at);
     to.bites[j].rows.resize(3, v.cols());
     for (Eigen::Index m = 0; m < v.cols(); ++m) to.bites[j].rows.col(m) = gather(b, v.col(m));
   }

@@ -10,37 +10,97 @@ namespace {
 
 constexpr std::uint32_t kSides = 4;
 
-Vec3 at_rest(const LumpedBody& body, const NodeWeights& bite) {
-  Vec3 x = Vec3::Zero();
-  for (const auto& [node, weight] : bite) x += weight * body.nodes[node];
-  return x;
+/// The bites that a suture of the scene has now, in places of those that it began with.
+struct DrawnBites {
+  std::vector<const SutureState::Thread*> thread;  ///< whose each is
+  std::vector<Vec3> at;
+};
+
+/// Returns no places if the suture has no bites left.
+DrawnBites drawn_bites(const Sutures& sutures, const BodyState& state, std::uint32_t suture, std::size_t begun) {
+  DrawnBites bites{std::vector<const SutureState::Thread*>(begun, nullptr), std::vector<Vec3>(begun, Vec3::Zero())};
+  const std::vector<SutureState::Thread>& threads = state.sutures->threads;
+  for (std::size_t which = 0; which < threads.size(); ++which) {
+    if (threads[which].suture != suture) continue;
+    const SuturePlace place = sutures.place_of(state, which);
+    for (std::size_t j = 0; j < threads[which].bites->size(); ++j) {
+      const std::uint32_t number = (*threads[which].bites)[j].number;
+      bites.thread[number] = &threads[which];
+      bites.at[number] = place.points[j];
+    }
+  }
+  const auto there = std::ranges::find_if(bites.thread, [](const auto* thread) { return thread != nullptr; });
+  if (there == bites.thread.end()) return {};
+  std::size_t before = static_cast<std::size_t>(there - bites.thread.begin());
+  for (std::size_t j = 0; j < begun; ++j) {
+    if (bites.thread[j]) before = j;
+    bites.thread[j] = bites.thread[before];
+    bites.at[j] = bites.at[before];
+  }
+  return bites;
 }
 
 }  // namespace
 
 DrawnThreads::DrawnThreads(const LumpedBody& body) : body_(&body) {
+  constexpr int kStubSegments = 2;
   for (const Suture& suture : body.sutures) {
-    const std::vector<NodeWeights>& bites = suture.bites;
-    const Vec3 from = at_rest(body, bites.front()), to = at_rest(body, bites.back());
-    Thread thread{ThreadChain(from, Vec3::UnitZ(), suture.length_m.front()),
-                  ThreadChain(to, Vec3::UnitX(), suture.length_m[bites.size()]),
+    const std::vector<SutureBite>& bites = suture.bites;
+    Thread thread{ThreadChain(bites.front().rest, Vec3::UnitZ(), suture.length_m.front()),
+                  ThreadChain(bites.back().rest, Vec3::UnitX(), suture.length_m[bites.size()]),
                   {}};
-    for (std::size_t j = 1; j + 1 < bites.size(); ++j) thread.between.push_back(at_rest(body, bites[j]));
+    for (std::size_t j = 1; j < bites.size(); ++j) {
+      const Vec3 middle = 0.5 * (bites[j - 1].rest + bites[j].rest);
+      thread.spans.push_back(
+          {ThreadChain(bites[j - 1].rest, middle, kStubSegments), ThreadChain(bites[j].rest, middle, kStubSegments)});
+    }
     threads_.push_back(std::move(thread));
   }
 }
 
 void DrawnThreads::advance(const Dynamics& dynamics, const BodyState& state) {
   const double over_s = state.time_s - std::exchange(time_s_, state.time_s);
-  for (std::size_t k = 0; k < threads_.size(); ++k) {
-    const SuturePlace place = dynamics.sutures().place_of(state, k);
-    const auto n = body_->sutures[k].bites.size();
-    const OfSpans& lengths = state.sutures->threads[k].length_m;
+  const Vec3& gravity = body_->gravity_m_s2;
+  for (std::uint32_t k = 0; k < threads_.size(); ++k) {
+    const DrawnBites bites = drawn_bites(dynamics.sutures(), state, k, body_->sutures[k].bites.size());
+    if (bites.at.empty()) continue;  // it lies where it came out
     Thread& thread = threads_[k];
-    thread.first.advance(over_s, place.points[0], std::nullopt, lengths[0], body_->gravity_m_s2);
-    thread.tail.advance(over_s, place.points[n - 1], state.sutures->threads[k].hand, lengths[n], body_->gravity_m_s2);
-    for (std::size_t j = 1; j + 1 < n; ++j) thread.between[j - 1] = place.points[j];
+    const SutureState::Thread &first = *bites.thread.front(), &last = *bites.thread.back();
+    thread.first.advance(over_s, bites.at.front(), std::nullopt, first.length_m[0], gravity);
+    thread.tail.advance(over_s, bites.at.back(), last.hand, last.length_m[last.bites->size()], gravity);
+    for (std::size_t i = 0; i < thread.spans.size(); ++i) {
+      Span& span = thread.spans[i];
+      const SutureState::Thread &low = *bites.thread[i], &high = *bites.thread[i + 1];
+      span.cut = &low != &high;
+      if (span.cut) {
+        span.low.advance(over_s, bites.at[i], std::nullopt, low.length_m[low.bites->size()], gravity);
+        span.high.advance(over_s, bites.at[i + 1], std::nullopt, high.length_m[0], gravity);
+      } else {
+        const Vec3 middle = 0.5 * (bites.at[i] + bites.at[i + 1]);
+        span.low.lay(bites.at[i], middle);
+        span.high.lay(bites.at[i + 1], middle);
+      }
+    }
   }
+}
+
+std::size_t DrawnThreads::Thread::points() const {
+  std::size_t sum = first.points().size() + tail.points().size();
+  for (const Span& span : spans) sum += span.low.points().size() + span.high.points().size() - 2;
+  return sum;
+}
+
+std::vector<Vec3> DrawnThreads::Thread::line(std::vector<std::size_t>& ends) const {
+  std::vector<Vec3> line(first.points().rbegin(), first.points().rend());
+  for (const Span& span : spans) {
+    if (&span != &spans.front()) line.push_back(span.low.points().front());
+    line.insert(line.end(), span.low.points().begin() + 1, span.low.points().end());
+    ends.push_back(line.size() - 1);
+    line.insert(line.end(), span.high.points().rbegin(), span.high.points().rend() - 1);
+  }
+  line.insert(line.end(), tail.points().begin(), tail.points().end());
+  ends.push_back(line.size() - 1);
+  return line;
 }
 
 std::size_t DrawnThreads::vertices() const {
@@ -51,21 +111,23 @@ std::size_t DrawnThreads::vertices() const {
 
 void DrawnThreads::append(std::vector<Vec3>& positions) const {
   for (std::size_t k = 0; k < threads_.size(); ++k) {
-    const Thread& thread = threads_[k];
-    std::vector<Vec3> line(thread.first.points().rbegin(), thread.first.points().rend());
-    line.insert(line.end(), thread.between.begin(), thread.between.end());
-    line.insert(line.end(), thread.tail.points().begin(), thread.tail.points().end());
+    std::vector<std::size_t> ends;
+    const std::vector<Vec3> line = threads_[k].line(ends);
     Vec3 across = Vec3::UnitX();  // carried along the line, so that the tube does not twist
-    for (std::size_t i = 0; i < line.size(); ++i) {
-      Vec3 along = line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0];
-      if (!(along.norm() > 1e-9)) along = Vec3::UnitZ();
-      along.normalize();
-      across -= across.dot(along) * along;
-      if (!(across.norm() > 1e-3)) across = along.unitOrthogonal();
-      across.normalize();
-      const Vec3 beside = along.cross(across);
-      const double r = body_->sutures[k].radius_m;
-      for (const Vec3& side : {across, beside, Vec3(-across), Vec3(-beside)}) positions.push_back(line[i] + r * side);
+    std::size_t begin = 0;
+    for (const std::size_t end : ends) {
+      for (std::size_t i = begin; i <= end; ++i) {
+        Vec3 along = line[std::min(i + 1, end)] - line[i > begin ? i - 1 : begin];
+        if (!(along.norm() > 1e-9)) along = Vec3::UnitZ();
+        along.normalize();
+        across -= across.dot(along) * along;
+        if (!(across.norm() > 1e-3)) across = along.unitOrthogonal();
+        across.normalize();
+        const Vec3 beside = along.cross(across);
+        const double r = body_->sutures[k].radius_m;
+        for (const Vec3& side : {across, beside, Vec3(-across), Vec3(-beside)}) positions.push_back(line[i] + r * side);
+      }
+      begin = end + 1;
     }
   }
 }
@@ -73,19 +135,24 @@ void DrawnThreads::append(std::vector<Vec3>& positions) const {
 std::vector<Triangle> DrawnThreads::triangles(std::uint32_t first) const {
   std::vector<Triangle> all;
   for (const Thread& thread : threads_) {
-    const auto points = static_cast<std::uint32_t>(thread.points());
-    for (std::uint32_t i = 0; i + 1 < points; ++i)
-      for (std::uint32_t s = 0; s < kSides; ++s) {
-        const std::uint32_t a = first + kSides * i + s, b = first + kSides * i + (s + 1) % kSides;
-        all.push_back({a, b, b + kSides});
-        all.push_back({a, b + kSides, a + kSides});
-      }
-    const std::uint32_t end = first + kSides * (points - 1);
+    std::vector<std::size_t> ends;
+    thread.line(ends);
+    std::size_t begin = 0;
+    for (const std::size_t end : ends) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::uint32_t s = 0; s < kSides; ++s) {
+          const std::uint32_t ring = first + kSides * static_cast<std::uint32_t>(i), a = ring + s, b = ring + (s + 1) % kSides;
+          all.push_back({a, b, b + kSides});
+          all.push_back({a, b + kSides, a + kSides});
+        }
+      begin = end + 1;
+    }
+    const std::uint32_t last = first + kSides * static_cast<std::uint32_t>(thread.points() - 1);
     all.push_back({first, first + 2, first + 1});
     all.push_back({first, first + 3, first + 2});
-    all.push_back({end, end + 1, end + 2});
-    all.push_back({end, end + 2, end + 3});
-    first += kSides * points;
+    all.push_back({last, last + 1, last + 2});
+    all.push_back({last, last + 2, last + 3});
+    first += kSides * static_cast<std::uint32_t>(thread.points());
   }
   return all;
 }

@@ -67,13 +67,14 @@ void Room::start(Micros body_time) {
   state_->patches.clear();
 }
 
-bool Room::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed, const std::vector<CutStep>& cuts) {
+bool Room::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed, const std::vector<CutStep>& cuts,
+                  std::shared_ptr<const SutureState> threads) {
   SteppedBody& body = state_->body;
   if (const auto change = body.cut_again(cuts)) {
     state_->patches.renew();
     state_->surface->renew(body.scene().body, &*change);
   }
-  return body.resume(x, v, relaxed);
+  return body.resume(x, v, relaxed, std::move(threads));
 }
 
 FrameResult Room::simulate(const FrameJob& job) {
@@ -94,6 +95,7 @@ FrameResult Room::simulate(const FrameJob& job) {
     result.failed = !report->converged;
     result.released = body.released();
   }
+  result.sutures = body.suture_news();
   result.stamp = job.target;
   result.asleep = body.asleep();
   if (!state_->threads.empty()) state_->threads.advance(body.dynamics(), body.state());

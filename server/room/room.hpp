@@ -55,6 +55,7 @@ struct StationJob {
   std::optional<Micros> playing = {};  ///< stamp of the patch that it is known to play, server clock
   bool wants_patch = true;             ///< false: its tool only exerts force in this frame
   std::optional<NeedleInBody> needle = {};  ///< where its needle begins, if its tool is not there yet
+  std::uint32_t presses = 0;                ///< how often a button of its tool was pressed since it joined
 };
 
 struct FrameJob {
@@ -69,6 +70,14 @@ struct FrameJob {
   std::uint8_t fields = 0;  ///< fill these of FrameResult::fields: bits of channels
   bool state = false;       ///< fill FrameResult::state
   bool asks_for(ShapeChannel field) const { return (fields & bit_of(field)) != 0; }
+};
+
+/// Changes of threads in a frame: knots, cuts, tears.
+struct SutureNews {
+  double torn_m = 0;                             ///< length that bites cut through the tissue
+  std::uint32_t torn_out = 0;                    ///< bites that left the body
+  std::vector<std::string> tied = {}, cut = {};  ///< names of sutures
+  bool any() const { return torn_m > 0 || !tied.empty() || !cut.empty(); }
 };
 
 struct StationFrame {
@@ -94,6 +103,7 @@ struct FrameResult {
   std::optional<BodyState> state;              ///< if requested
   /// Cuts and tears since the body was as its scene has it, from that body to that of `state`; null: none.
   std::shared_ptr<const std::vector<CutStep>> cuts;
+  SutureNews sutures;
   std::size_t loose = 0;            ///< cells of pieces that a blade cut off in this frame, which are gone
   std::vector<StationId> released;  ///< stations whose tools were released because they cost too much
   int steps = 0, cut_steps = 0, newton_iterations = 0;
@@ -121,8 +131,9 @@ class Room {
   /// Restores a body: x and v of all nodes as FrameResult::state gave them, and side_by_side() of its history. Fixed nodes stay
   /// where the scene puts them, and no tool touches it. Call it before the first run(). Returns false if `relaxed` does not fit
   /// this body, which then starts as if it had just been deformed. `cuts`: FrameResult::cuts; x, v and `relaxed` are of the body
-  /// that they make (CutBody::repeat()).
-  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed = {}, const std::vector<CutStep>& cuts = {});
+  /// that they make (CutBody::repeat()). `threads`: null: as the scene has them.
+  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed = {}, const std::vector<CutStep>& cuts = {},
+              std::shared_ptr<const SutureState> threads = nullptr);
   /// Runs one frame: simulate(), then build_patches().
   FrameResult run(const FrameJob& job);
   /// Advances the body; the result has everything but `stations`.

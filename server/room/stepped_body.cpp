@@ -29,10 +29,12 @@ void SteppedBody::start(Micros body_time) {
   ports_.clear();
 }
 
-bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed) {
+bool SteppedBody::resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed,
+                         std::shared_ptr<const SutureState> threads) {
   assert(x.size() == rest_.x.size() && v.size() == rest_.v.size());
   body_.x = x;
   body_.v = v;
+  if (threads) body_.sutures = std::move(threads);
   for (std::uint32_t node = 0; node < dynamics_->nodes(); ++node) {
     if (scene_.body.fixed[node] == 0) continue;
     at_node(body_.x, node) = at_node(rest_.x, node);
@@ -53,12 +55,15 @@ std::optional<CutChange> SteppedBody::cut_again(const std::vector<CutStep>& cuts
 
 std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
   released_.clear();
-  parted_ = false;
+  suture_news_ = {};
+  parted_.reset();
   if (asleep_) body_.time_s = std::max(body_.time_s, seconds(job.begin));
   take_samples(job);
   if (job.begin > time()) leave_out_until(job.begin);
   if (job.reset) reset();
+  use_buttons(job);
   sync_ports(job);
+  const std::shared_ptr<const SutureState> threads = body_.sutures;
   std::optional<AdvanceReport> report;
   if (sleeps_through(job)) {
     body_.time_s = seconds(job.target);
@@ -71,9 +76,10 @@ std::optional<AdvanceReport> SteppedBody::step(const FrameJob& job) {
       body_.time_s = seconds(job.target);
     }
   }
-  if (cuts_ && report && report->converged && cuts_->cut_on()) {
-    parted_ = true;
-    renew_steppers();
+  if (threads) {
+    suture_news_.torn_m = body_.sutures->torn_m - threads->torn_m;
+    suture_news_.torn_out = body_.sutures->torn_out - threads->torn_out;
+    let_threads_go();
   }
   asleep_ &= job.may_sleep;
   if (report && report->steps > 0 && job.may_sleep) fall_asleep();
@@ -139,17 +145,36 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   // Half of the allowance for forces that are not computed, which is a fifth of what the hand-over of patches hides.
   constexpr double kLeftOutForceN = 0.005;
   integrator_.stepper->set_quiescence_tolerance(job.may_sleep ? kLeftOutForceN : 0);
+  const Micros every = scene_.tearing ? std::max(kLookEvery, (job.target - time()) / kMostLooks) : job.target - time();
+  AdvanceReport report;
+  for (Micros until = time();;) {
+    until = job.target - until < every + kTick ? job.target : until + every;
+    report += advance(until, step_s);
+    if (!report.converged) return report;
+    cut_on();
+    if (until == job.target) return report;
+  }
+}
+
+/// Parts the body where blades have cut, or where it tears.
+void SteppedBody::cut_on() {
+  if (!cuts_ || !cuts_->cut_on()) return;
+  parted_ = parted_ ? both(*parted_, cuts_->parted()) : cuts_->parted();
+  renew_steppers();
+}
+
+AdvanceReport SteppedBody::advance(Micros until, double step_s) {
   const auto tools = [&](std::size_t k, double t) { return tool(k, from_seconds(t)); };
   const Micros begin = time();
-  release_leaping(begin, job.target);
+  release_leaping(begin, until);
   const BodyState before = body_;
   const std::vector<ToolPort> ports_before = ports_;
   AdvanceReport report;
   bool calmed = false;
   for (std::size_t most = 1;;) {
-    report += integrator_.stepper->advance(body_, ports_, seconds(job.target), step_s, tools);
+    report += integrator_.stepper->advance(body_, ports_, seconds(until), step_s, tools);
     if (report.converged) return report;
-    if (calmed && !release_longest(std::exchange(most, 2 * most), begin, job.target)) return report;
+    if (calmed && !release_longest(std::exchange(most, 2 * most), begin, until)) return report;
     calmed = true;
     begin_again(before, ports_before);
   }

@@ -4,6 +4,12 @@
 // join (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that fell behind and is n > 2 nominal
 // frames long uses steps of n / 2 times their length.
 //
+// A blade parts the body at the end of a frame. A body that tears is looked at every kLookEvery of a frame, kMostLooks times at
+// most, and tears by a row at each: a fast tear that waits for the end of a frame would take too much work.
+//
+// A press of a button ties the thread in the hand at its last bite, and the hand takes the next one; the hand that holds none
+// cuts the span of a thread within kScissorsM of its tool.
+//
 // A tool that leaps, along its path at ToolTrack::kFastestMs for 20 mm of the frame, as no hand does, is released for kOff before
 // it throws the body. If the tools cost more than hands do all the same (Stepper::advance() gives up), the frame begins again
 // with the body at rest, and then without some tools, those with the longest path in the frame first: one, two more, four more
@@ -38,7 +44,8 @@ class SteppedBody {
     Micros noted{};
     FadingVector grasp;  ///< from the tool to its node
     std::optional<ReleaseFade> fade;
-    bool costly = false;  ///< true: it fades because it cost too much
+    bool costly = false;        ///< true: it fades because it cost too much
+    std::uint32_t presses = 0;  ///< of its buttons, up to now
   };
 
   /// `like`: a body of the same scene, whose state at rest, kind of stepper and softest mode are copied, not computed
@@ -46,7 +53,8 @@ class SteppedBody {
   explicit SteppedBody(const Scene& scene, const SteppedBody* like = nullptr);
   /// Same as in Room.
   void start(Micros body_time);
-  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed);
+  bool resume(const Vector& x, const Vector& v, const Eigen::MatrixXf& relaxed,
+              std::shared_ptr<const SutureState> threads = nullptr);
   /// Cuts the body at rest as it was cut; returns the change of the scene's, none without cuts. Call it before resume().
   std::optional<CutChange> cut_again(const std::vector<CutStep>& cuts);
   void use_threads(ThreadPool& pool) { integrator_.stepper->use_threads(pool); }
@@ -68,7 +76,7 @@ class SteppedBody {
   /// Number of the body's present cells, nodes and surface, which cuts and tears change.
   std::uint32_t epoch() const { return epoch_; }
   /// The change of them by the last step(); null where they are the same, or those of the scene again.
-  const CutChange* parted() const { return parted_ ? &cuts_->parted() : nullptr; }
+  const CutChange* parted() const { return parted_ ? &*parted_ : nullptr; }
   /// The body as its scene has it.
   const LumpedBody& begun() const { return cuts_ ? cuts_->begun() : scene_.body; }
   const BodyState& rest_begun() const { return cuts_ ? cuts_->rest_begun() : rest_; }
@@ -76,6 +84,8 @@ class SteppedBody {
   std::shared_ptr<const std::vector<CutStep>> cuts() const { return cuts_ ? cuts_->steps() : nullptr; }
   /// Returns the stations whose tools were released in the last step() because they cost too much.
   const std::vector<StationId>& released() const { return released_; }
+  /// Returns the changes of threads in the last step().
+  const SutureNews& suture_news() const { return suture_news_; }
 
   /// Ports have the station of their tool as their tool's number; a tool with a body has one for each of its spheres, a needle
   /// those of needle_ports.hpp.
@@ -103,12 +113,19 @@ class SteppedBody {
 
  private:
   static constexpr Micros kOff{1'000'000};
+  static constexpr double kScissorsM = 0.004;
+  static constexpr Micros kLookEvery{10'000};
+  static constexpr int kMostLooks = 5;
   static ToolAt tool_at(const StationTool& tool, const ToolSphere& sphere, Micros t) {
     return moved_by(tool.track.turning(t).centre_of(sphere), tool.grasp, t);
   }
   void take_samples(const FrameJob& job);
   void note_past(StationTool& tool, Micros horizon) const;
+  void use_buttons(const FrameJob& job);
   void sync_ports(const FrameJob& job);
+  bool holds_thread() const;
+  std::optional<std::uint32_t> next_thread() const;
+  void let_threads_go();
   void reset();
   void leave_out_until(Micros begin);
   void release_tool(StationId id, Micros off);
@@ -121,6 +138,8 @@ class SteppedBody {
   bool sleeps_through(const FrameJob& job) const;
   bool may_meet(std::size_t k, Micros until) const;
   AdvanceReport advance(const FrameJob& job);
+  AdvanceReport advance(Micros until, double step_s);
+  void cut_on();
   void renew_steppers();
 
   Scene scene_;
@@ -133,10 +152,11 @@ class SteppedBody {
   std::optional<Stillness> stillness_;
   std::optional<LiveCuts> cuts_;  // of one that blades cut, or that tears
   std::uint32_t epoch_ = 0;
-  bool parted_ = false;  // in the last step()
+  std::optional<CutChange> parted_;  // in the last step()
   bool asleep_ = false;
   std::map<StationId, StationTool> tools_;
   std::vector<StationId> released_;
+  SutureNews suture_news_;
   std::vector<ToolPort> ports_;
 };
 

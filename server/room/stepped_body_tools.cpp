@@ -14,7 +14,9 @@ namespace palpate {
 void SteppedBody::take_samples(const FrameJob& job) {
   constexpr Micros kTrackKept{100'000};  // longer than hand_motion() looks back
   for (const StationJob& j : job.stations) {
-    StationTool& tool = tools_[j.id];
+    const auto [place, is_new] = tools_.try_emplace(j.id);
+    StationTool& tool = place->second;
+    if (is_new) tool.presses = j.presses;
     tool.track.add(j.samples, time());
     note_past(tool, j.horizon);
     tool.track.forget_before(time() - kTrackKept);
@@ -47,16 +49,60 @@ void SteppedBody::sync_ports(const FrameJob& job) {
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
-    if (scene_.tool.holds && std::ranges::none_of(ports_, [](const ToolPort& p) { return p.suture.has_value(); })) {
-      ports_.push_back(suture_port(scene_.body, *scene_.tool.holds, port));
+    if (const std::optional<std::uint32_t> thread = next_thread()) {
+      ports_.push_back(suture_port(body_, *thread, port));
       continue;
     }
     std::vector<ToolPort> parts = parts_of(scene_.tool.shape, tissue_.get(), port);
     if (j.needle && tissue_) put_in_body(*j.needle, parts);
     ports_.insert(ports_.end(), parts.begin(), parts.end());
   }
-  if (scene_.tool.holds && std::ranges::none_of(ports_, [](const ToolPort& p) { return p.suture.has_value(); }))
-    dynamics_->sutures().hold(body_, *scene_.tool.holds, std::nullopt);
+  if (!scene_.tool.holds.empty() && !holds_thread())
+    for (std::size_t which = 0; which < body_.sutures->threads.size(); ++which)
+      dynamics_->sutures().hold(body_, which, std::nullopt);
+}
+
+bool SteppedBody::holds_thread() const {
+  return std::ranges::any_of(ports_, [](const ToolPort& p) { return p.suture.has_value(); });
+}
+
+/// Returns the thread that a hand takes which joins now.
+std::optional<std::uint32_t> SteppedBody::next_thread() const {
+  if (holds_thread()) return std::nullopt;
+  for (const std::uint32_t suture : scene_.tool.holds)
+    if (const auto which = dynamics_->sutures().end_of(body_, suture)) return which;
+  return std::nullopt;
+}
+
+/// Ties and cuts threads where buttons were pressed.
+void SteppedBody::use_buttons(const FrameJob& job) {
+  if (scene_.body.sutures.empty()) return;
+  for (const StationJob& j : job.stations) {
+    const auto tool = tools_.find(j.id);
+    if (tool == tools_.end() || std::exchange(tool->second.presses, j.presses) == j.presses || j.shadow_of != 0) continue;
+    const auto names = [&](const SutureState::Thread& thread) { return scene_.body.sutures[thread.suture].name; };
+    const auto held = std::ranges::find_if(ports_, [&](const ToolPort& p) { return p.tool == j.id && p.suture; });
+    if (held != ports_.end()) {
+      const std::uint32_t which = *held->suture;
+      suture_news_.tied.push_back(names(body_.sutures->threads[which]));
+      release_tool(j.id, ReleaseFade::kFadeTime);
+      dynamics_->sutures().tie(body_, which);
+    } else if (!tool->second.track.empty() &&
+               dynamics_->sutures().cut(body_, tool->second.track.at(time()).position, kScissorsM)) {
+      suture_news_.cut.push_back(names(body_.sutures->threads.back()));
+    } else {
+      continue;
+    }
+    asleep_ = false;
+  }
+  let_threads_go();
+}
+
+/// Takes threads out of hands that have left the body.
+void SteppedBody::let_threads_go() {
+  for (std::size_t k = ports_.size(); k-- > 0;)
+    if (ports_[k].suture && body_.sutures->threads[*ports_[k].suture].law.bites == 0)
+      release_tool(ports_[k].tool, ReleaseFade::kFadeTime);
 }
 
 void SteppedBody::predict_paths() {

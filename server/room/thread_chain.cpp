@@ -5,10 +5,18 @@
 
 namespace palpate {
 
-ThreadChain::ThreadChain(const Vec3& bite, const Vec3& direction, double length_m) {
-  const int segments = std::max(1, static_cast<int>(std::lround(length_m / kSpacingM)));
-  for (int i = 0; i <= segments; ++i) x_.push_back(bite + length_m * i / segments * direction);
-  v_.assign(x_.size(), Vec3::Zero());
+ThreadChain::ThreadChain(const Vec3& bite, const Vec3& direction, double length_m)
+    : ThreadChain(bite, bite + length_m * direction, std::max(1, static_cast<int>(std::lround(length_m / kSpacingM)))) {}
+
+ThreadChain::ThreadChain(const Vec3& bite, const Vec3& end, int segments)
+    : x_(static_cast<std::size_t>(segments) + 1), v_(x_.size()) {
+  lay(bite, end);
+}
+
+void ThreadChain::lay(const Vec3& bite, const Vec3& end) {
+  const std::size_t last = x_.size() - 1;
+  for (std::size_t i = 0; i <= last; ++i) x_[i] = bite + static_cast<double>(i) / static_cast<double>(last) * (end - bite);
+  std::ranges::fill(v_, Vec3::Zero());
 }
 
 void ThreadChain::advance(double over_s, const Vec3& bite, const std::optional<Vec3>& hand, double length_m,

@@ -26,6 +26,10 @@ class ThreadChain {
 
   /// Straight, from `bite` on along `direction`, with particles kSpacingM apart.
   ThreadChain(const Vec3& bite, const Vec3& direction, double length_m);
+  /// Straight, from `bite` to `end`, with this number of segments.
+  ThreadChain(const Vec3& bite, const Vec3& end, int segments);
+  /// Lays it straight between two places, at rest.
+  void lay(const Vec3& bite, const Vec3& end);
   /// Moves on by `over_s`; `hand`: where its end is held at the end of that time, none if it is free.
   void advance(double over_s, const Vec3& bite, const std::optional<Vec3>& hand, double length_m, const Vec3& gravity_m_s2);
   const std::vector<Vec3>& points() const { return x_; }

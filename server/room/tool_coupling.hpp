@@ -41,10 +41,10 @@ inline std::vector<ToolPort> parts_of(const ToolShape& shape, const NeedleTissue
   return parts;
 }
 
-/// Returns the port of a tool that holds the end of a suture; `port`: what all have.
-inline ToolPort suture_port(const LumpedBody& body, std::uint32_t suture, ToolPort port) {
-  port.suture = suture;
-  port.bite = std::make_shared<const NodeWeights>(body.sutures[suture].bites.back());
+/// Returns the port of a tool that holds the end of a thread; `port`: what all have.
+inline ToolPort suture_port(const BodyState& state, std::uint32_t which, ToolPort port) {
+  port.suture = which;
+  port.bite = last_bite(state, which);
   port.touching = true;
   return port;
 }

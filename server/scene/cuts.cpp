@@ -77,6 +77,13 @@ std::optional<double> CutSheet::crossing(const Vec3& a, const Vec3& b) const {
   return within(at[0]) && within(at[1]) ? std::optional(t) : std::nullopt;
 }
 
+CutChange both(const CutChange& first, const CutChange& second) {
+  CutChange all{second.node_before, second.cell_before, first.loose + second.loose};
+  for (std::uint32_t& node : all.node_before) node = first.node_before[node];
+  for (std::uint32_t& cell : all.cell_before) cell = first.cell_before[cell];
+  return all;
+}
+
 std::vector<std::uint32_t> nodes_now(const CutChange& change, std::size_t before) {
   std::vector<std::uint32_t> now(before, kNoNode);
   for (std::uint32_t k = static_cast<std::uint32_t>(change.node_before.size()); k-- > 0;) now[change.node_before[k]] = k;

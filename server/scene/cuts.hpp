@@ -51,6 +51,8 @@ struct CutChange {
   std::size_t loose = 0;  ///< cells that were left out
 };
 
+/// Returns the change that two make together, one after the other.
+CutChange both(const CutChange& first, const CutChange& second);
 /// Returns for each node before the first that it is now, kNoNode for one that was left out.
 std::vector<std::uint32_t> nodes_now(const CutChange& change, std::size_t before);
 

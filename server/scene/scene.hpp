@@ -99,13 +99,21 @@ struct RigidPart {
   Eigen::AlignedBox3d box;
 };
 
+/// A point of the body through which a thread goes.
+struct SutureBite {
+  NodeWeights at;            ///< of sum 1
+  Vec3 rest = Vec3::Zero();  ///< its place in the body at rest [m]
+  std::uint32_t cell = 0;    ///< in which it is
+  std::uint32_t number = 0;  ///< of the bites that its thread began with
+};
+
 /// A thread through the body (server/body/sutures.hpp).
 struct Suture {
   std::string name;
-  double radius_m = 0;  ///< as it is drawn
+  double radius_m = 0;
   SutureLaw law;
-  std::vector<NodeWeights> bites;  ///< points of the body, each of weights of sum 1
-  OfSpans length_m{};              ///< of its spans and tails before anything moves
+  std::vector<SutureBite> bites;
+  OfSpans length_m{};  ///< of its spans and tails before anything moves
 };
 
 /// One of several bodies in a LumpedBody, which may touch the others (server/body/body_contacts.hpp): a solid with its own
@@ -188,13 +196,13 @@ struct NeedleSpec {
 
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;
-  std::uint32_t node = 0;                   ///< attach: index into LumpedBody::nodes
-  double friction = 0.3;                    ///< touch: Coulomb mu
-  double contact_stiffness_n_m = 1000;      ///< touch: contact stiffness k_c between tool and surface
-  double radius_m = 0;                      ///< touch: contact radius of the tip (skin.hpp), 0 = a point
-  ToolShape shape = {};                     ///< touch: body of the tool; empty: a point
-  std::optional<NeedleSpec> needle = {};    ///< touch: of a point that is the tip of a needle, or a blade's
-  std::optional<std::uint32_t> holds = {};  ///< suture whose end the first hand holds: its tool does not touch
+  std::uint32_t node = 0;                 ///< attach: index into LumpedBody::nodes
+  double friction = 0.3;                  ///< touch: Coulomb mu
+  double contact_stiffness_n_m = 1000;    ///< touch: contact stiffness k_c between tool and surface
+  double radius_m = 0;                    ///< touch: contact radius of the tip (skin.hpp), 0 = a point
+  ToolShape shape = {};                   ///< touch: body of the tool; empty: a point
+  std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle, or a blade's
+  std::vector<std::uint32_t> holds = {};  ///< sutures whose ends the first hand holds in turn: its tool does not touch
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }
 };

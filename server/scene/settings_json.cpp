@@ -359,7 +359,10 @@ Json to_json(const SceneSettings& settings) {
     needle.add("length_m", Json::number(spec.length_m));
     needle.add(spec.is_blade ? "width_m" : "diameter_m", Json::number(spec.width_m));
   }
-  if (settings.tool.holds) tool.add("holds", Json::string(settings.sutures[*settings.tool.holds].name));
+  if (!settings.tool.holds.empty()) {
+    Json& holds = tool.add("holds", Json::array());
+    for (const std::uint32_t suture : settings.tool.holds) holds.items.push_back(Json::string(settings.sutures[suture].name));
+  }
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));
   solver.add("integrator", Json::string(kIntegratorNames[static_cast<std::size_t>(settings.integrator)]));

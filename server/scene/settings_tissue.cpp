@@ -163,13 +163,21 @@ void read_sutures(const SceneText& text, SceneSettings& out) {
     suture.drag_n = from.drag_n;
     out.sutures.push_back(std::move(suture));
   }
+  if (!sutures.empty() && out.tissue.size() > 1)
+    text.refuse(list, fmt::format("{} is given with {} layers of body.tissue", list, out.tissue.size()),
+                "one layer, with its toughness, or none");
   if (!text.has(holds)) return;
-  const auto held =
-      std::ranges::find_if(out.sutures, [&](const SutureSettings& suture) { return suture.name == in.tool->holds; });
-  if (held == out.sutures.end()) text.refuse(holds, "the name of one of body.sutures");
   if (out.tool.contact == ContactKind::attach) text.refuse(holds, holds + " is given for a grasp", "a tool.contact of \"touch\"");
-  if (held->last_tied) text.refuse(holds, holds + " is a suture that is tied at its last bite", "one whose end can be pulled");
-  out.tool.holds = static_cast<std::uint32_t>(held - out.sutures.begin());
+  for (std::size_t i = 0; i < in.tool->holds.size(); ++i) {
+    const std::string& name = in.tool->holds[i];
+    const std::string path = at(holds, i);
+    const auto held = std::ranges::find_if(out.sutures, [&](const SutureSettings& suture) { return suture.name == name; });
+    if (held == out.sutures.end()) text.refuse(path, "the name of one of body.sutures");
+    if (held->last_tied) text.refuse(path, path + " is a suture that is tied at its last bite", "one whose end can be pulled");
+    const auto number = static_cast<std::uint32_t>(held - out.sutures.begin());
+    if (std::ranges::count(out.tool.holds, number) > 0) text.refuse(path, path + " is named twice", "each suture once");
+    out.tool.holds.push_back(number);
+  }
 }
 
 }  // namespace palpate

@@ -147,3 +147,56 @@ TEST_CASE("A tail feeds a thread that is pulled until it is used up, with no mor
   CHECK(pull.length_m[0] == 0);
   CHECK(pull.tension_n[2] > 0.5);
 }
+
+TEST_CASE("A thread that cuts through tissue bears J d at most at each bite, and gives no less than J d a length of its energy") {
+  Random random(11);
+  int torn = 0, beyond = 0, bounds = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const int bites = 1 + trial % 8;
+    const SutureLaw law{bites,
+                        random.uniform(100, 5000),
+                        random.uniform(0, 0.3),
+                        random.uniform(0, 0.1),
+                        random.uniform(0, 1) < 0.7,
+                        random.uniform(0, 1) < 0.3,
+                        false,
+                        random.uniform(0.05, 0.5)};
+    SuturePlace place;
+    place.points.fill(Vec3::Zero());
+    place.held = trial % 3 != 0;
+    const auto n = static_cast<std::size_t>(bites);
+    for (std::size_t j = 0; j <= n; ++j)
+      place.points[j] = Vec3(0.01 * static_cast<double>(j), random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01));
+    OfSpans lengths = shape_of(law, place).distance_m;
+    lengths[0] = 0.01;
+    if (!place.held) lengths[n] = 0.01;
+    const Vec3 pull(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    for (int step = 0; step < 40; ++step) {
+      for (std::size_t j = 0; j < n; ++j)
+        place.points[j] += 5e-5 * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      place.points[n] += 3e-4 * pull;
+      const auto energy = [&](const SuturePull& of) {
+        double sum = 0;
+        for (const double tension_n : of.tension_n) sum += 0.5 * tension_n * tension_n / law.stiffness_n_m;
+        return sum;
+      };
+      const SuturePull before = pull_of(law, lengths, shape_of(law, place));
+      const SutureTear tear = tear_of(law, lengths, place);
+      CHECK(std::abs(total(tear.spans_m) - total(lengths)) < 1e-14);
+      for (std::size_t j = 0; j < n; ++j) place.points[j] += tear.way[j];
+      const SutureShape shape = shape_of(law, place);
+      const SuturePull after = pull_of(law, tear.spans_m, shape);
+      for (std::size_t j = 0; j < n; ++j, ++bounds)
+        beyond += (after.tension_n[j + 1] * shape.along[j + 1] - after.tension_n[j] * shape.along[j]).norm() > law.tear_n * 1.01;
+      CHECK(energy(before) - energy(after) >= law.tear_n * tear.length_m - 1e-12);
+      torn += tear.length_m > 0;
+      lengths = after.length_m;
+    }
+    SutureLaw holds = law;
+    holds.tear_n = 0;
+    CHECK(tear_of(holds, lengths, place).length_m == 0);
+  }
+  CHECK(torn > 1000);
+  CHECK(bounds > 10000);
+  CHECK(beyond == 0);
+}

@@ -136,7 +136,7 @@ TEST_CASE("a change of the surface that does not fit is no surface", "[record]")
   CHECK(mesh->triangles.size() == surface.triangles.size() - 1);
 }
 
-TEST_CASE("cuts and needles of a checkpoint are those that were written, to the bit", "[record]") {
+TEST_CASE("cuts, threads and needles of a checkpoint are those that were written, to the bit", "[record]") {
   RecordedCheckpoint written{kSmallBegin, small_shape(0), std::vector<Vec3>(5, Vec3::Zero()), {}};
   const Vec3 third(1.0 / 3, 0.1, -0.7), edge = Vec3(0.6, 0, 0.8);
   written.cuts = {{0, false, {third, 2 * third}, edge, 0.01},
@@ -152,6 +152,7 @@ TEST_CASE("cuts and needles of a checkpoint are those that were written, to the 
   needle.layers.length_m = 0.1;
   needle.layers.of[1] = {0.02, 0.5, 1.0 / 7, 3};
   written.holds = {hold, {"other", Vec3::Zero()}};
+  written.threads = {{1, true, false, true, {0.1 / 3, 0.02}, {{2, 7, third}}}, {0, false, true, false, {0.05}, {}}};
   const auto read_back = [](const RecordedCheckpoint& checkpoint) {
     RecordingWriter writer(small_head());
     writer.add(checkpoint);
@@ -170,6 +171,18 @@ TEST_CASE("cuts and needles of a checkpoint are those that were written, to the 
     CHECK(read.cuts[k].direction == written.cuts[k].direction);
     CHECK(read.cuts[k].depth_m == written.cuts[k].depth_m);
   }
+  REQUIRE(read.threads.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    CHECK(read.threads[k].suture == written.threads[k].suture);
+    CHECK(read.threads[k].first_tied == written.threads[k].first_tied);
+    CHECK(read.threads[k].last_tied == written.threads[k].last_tied);
+    CHECK(read.threads[k].has_end == written.threads[k].has_end);
+    CHECK(read.threads[k].length_m == written.threads[k].length_m);
+    CHECK(read.threads[k].bites.size() == written.threads[k].bites.size());
+  }
+  CHECK(read.threads[0].bites[0].number == 2);
+  CHECK(read.threads[0].bites[0].cell == 7);
+  CHECK(read.threads[0].bites[0].at == third);
   REQUIRE(read.holds.size() == 2);
   REQUIRE(read.holds[0].needle);
   CHECK_FALSE(read.holds[1].needle);
@@ -186,5 +199,11 @@ TEST_CASE("cuts and needles of a checkpoint are those that were written, to the 
   CHECK_FALSE(read_back(wrong));
   wrong = written;
   wrong.cuts[1].path[0].x() = std::numeric_limits<double>::quiet_NaN();
+  CHECK_FALSE(read_back(wrong));
+  wrong = written;
+  wrong.threads[0].length_m.push_back(0.1);
+  CHECK_FALSE(read_back(wrong));
+  wrong = written;
+  wrong.threads[0].bites[0].at.x() = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(read_back(wrong));
 }

@@ -294,6 +294,7 @@ TEST_CASE("a thread arrives with its bites, and fits beside as many vertices as 
   CHECK(got.suture.law.stiffness_n_m == Approx(2000));
   CHECK(got.suture.law.friction == Approx(0.12).epsilon(1e-7));
   CHECK(got.suture.law.drag_n == Approx(0.03).epsilon(1e-7));
+  CHECK(got.suture.law.tear_n == Approx(0.4).epsilon(1e-7));
   CHECK(got.suture.law.first_tied);
   CHECK_FALSE(got.suture.law.last_tied);
   for (std::size_t i = 0; i < 7; ++i) CHECK(got.suture.length_m[i] == Approx(sent.suture.length_m[i]).epsilon(1e-7));
@@ -303,7 +304,7 @@ TEST_CASE("a thread arrives with its bites, and fits beside as many vertices as 
           1e-4 * sent.surface.vertices[0].rows.cwiseAbs().maxCoeff());
   }
   CHECK(round_trip(seeds::touch_patch(5, 6, 8)).suture.empty());
-  for (int bites = 2; bites <= kMaxBites; ++bites)
+  for (int bites = 1; bites <= kMaxBites; ++bites)
     for (int modes = 0; modes <= kMaxModes; ++modes) {
       PatchContacts contacts;
       contacts.bites = bites;
@@ -327,6 +328,7 @@ TEST_CASE("a thread that none can be is refused") {
   CHECK(fault([](PatchSuture& s) { s.law.bites = kMaxBites + 1; }) == PatchFault::sizes);
   CHECK(fault([](PatchSuture& s) { s.bites[2].rows.resize(3, 4); }) == PatchFault::sizes);
   CHECK(fault([](PatchSuture& s) { s.law.stiffness_n_m = 0; }) == PatchFault::out_of_range);
+  CHECK(fault([](PatchSuture& s) { s.law.tear_n = -1; }) == PatchFault::out_of_range);
   CHECK(fault([](PatchSuture& s) { s.law.friction = -0.1; }) == PatchFault::out_of_range);
   CHECK(fault([](PatchSuture& s) { s.length_m[3] = -0.01; }) == PatchFault::out_of_range);
   CHECK(fault([](PatchSuture& s) { s.bites[1].position.y() = NAN; }) == PatchFault::not_finite);

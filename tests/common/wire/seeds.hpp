@@ -267,7 +267,7 @@ inline Patch needle_patch(int r, int vertices, int triangles, int layers) {
 inline Patch suture_patch(int r, int vertices, int triangles, int bites) {
   Patch patch = touch_patch(r, vertices, triangles);
   PatchSuture& suture = patch.suture;
-  suture.law = {bites, 2000, 0.12, 0.03, true, false};
+  suture.law = {bites, 2000, 0.12, 0.03, true, false, false, 0.4};
   for (int i = 0; i <= bites; ++i) suture.length_m[static_cast<std::size_t>(i)] = 0.01 + 0.003 * i;
   for (std::size_t j = 0; j < static_cast<std::size_t>(bites); ++j) {
     const double at = static_cast<double>(j);

@@ -41,7 +41,7 @@ Suture thread(const LumpedBody& body, const std::vector<Vec3>& at, double fricti
   Suture suture;
   suture.law = {static_cast<int>(at.size()), 1000, friction, 0, true, false};
   for (std::size_t j = 0; j < at.size(); ++j) {
-    suture.bites.push_back({{node_at(body, at[j]), 1.0}});
+    suture.bites.push_back({.at = {{node_at(body, at[j]), 1.0}}, .rest = at[j]});
     if (j > 0) suture.length_m[j] = (at[j] - at[j - 1]).norm() + slack_m;
   }
   suture.length_m[at.size()] = 0.02;
@@ -54,7 +54,7 @@ struct Bench {
     REQUIRE(stepper.advance(state, ports, until_s, 0.005, hand).converged);
   }
   SuturePull pull() const {
-    return dynamics.sutures().pull_of(state, 0, shape_of(body.sutures[0].law, dynamics.sutures().place_of(state, 0)));
+    return dynamics.sutures().pull_of(state, 0, shape_of(state.sutures->threads[0].law, dynamics.sutures().place_of(state, 0)));
   }
 
   LumpedBody body;
@@ -69,7 +69,7 @@ struct Bench {
 void take_up(Bench& bench) {
   ToolPort port;
   port.suture = 0;
-  port.bite = std::make_shared<const NodeWeights>(bench.body.sutures[0].bites.back());
+  port.bite = last_bite(bench.state, 0);
   port.touching = true;
   bench.ports = {port};
 }
@@ -153,7 +153,7 @@ TEST_CASE("The tangents of a thread are the differences of its forces, where it 
   };
   Random random(3);
   Vector y = Vector::Zero(bench.state.x.size());
-  for (const NodeWeights& bite : suture.bites) at_node(y, bite[0].first) = random_vector(random, 1);
+  for (const SutureBite& bite : suture.bites) at_node(y, bite.at[0].first) = random_vector(random, 1);
   Vector by_blocks = Vector::Zero(y.size());
   for (const Sutures::Block& block : bench.dynamics.sutures().tangents(bench.state)) {
     double moved = 0;
