@@ -30,7 +30,8 @@ namespace {
 constexpr double kMostSeconds = 86'400;
 
 struct ReplayFlags {
-  std::string scene, motion, gesture, recording, station, scheme, device = "none", out;
+  std::string scene, gesture, recording, station, scheme, device = "none", out;
+  std::vector<std::string> motions;  // of each hand; the first is reported
   MeshFolders mesh_folders;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
@@ -147,15 +148,15 @@ Given given_by_recording(const ReplayFlags& flags) {
 
 Given given_by(const ReplayFlags& flags) {
   if (!flags.recording.empty()) {
-    if (!flags.motion.empty() || !flags.gesture.empty())
-      throw InputError(flags.motion.empty() ? "--gesture" : "--motion", "beside --recording", "one of the two");
+    if (!flags.motions.empty() || !flags.gesture.empty())
+      throw InputError(flags.motions.empty() ? "--gesture" : "--motion", "beside --recording", "one of the two");
     return given_by_recording(flags);
   }
   if (!flags.station.empty()) throw InputError("--station", "without a recording", "--recording FILE");
   if (flags.from_s > 0 || flags.to_s < kMostSeconds)
     throw InputError(flags.from_s > 0 ? "--from-s" : "--to-s", "without a recording", "--recording FILE");
-  if (!flags.motion.empty() && !flags.gesture.empty()) throw InputError("--gesture", "beside --motion", "one of the two");
-  if (flags.scene.empty() || (flags.motion.empty() && flags.gesture.empty()))
+  if (!flags.motions.empty() && !flags.gesture.empty()) throw InputError("--gesture", "beside --motion", "one of the two");
+  if (flags.scene.empty() || (flags.motions.empty() && flags.gesture.empty()))
     throw InputError(flags.scene.empty() ? "--scene" : "--motion", "is missing",
                      "--scene with --motion or --gesture, or --recording");
   if (!flags.gesture.empty()) {
@@ -163,7 +164,14 @@ Given given_by(const ReplayFlags& flags) {
     Motion motion = surface_gesture(scene, *surface_gesture_from_name(flags.gesture));
     return {std::move(scene), {std::move(motion)}, {}};
   }
-  return {open_scene(flags.scene, flags.mesh_folders), {read_motion(flags.motion)}, {}};
+  Given given{open_scene(flags.scene, flags.mesh_folders), {}, {}};
+  for (const std::string& file : flags.motions) {
+    given.motions.push_back(read_motion(file));
+    if (!given.scene.tool.holds.empty() && given.motions.back().button_count() > 0)
+      throw InputError("--motion " + file, "presses buttons, which tie threads of " + given.scene.name,
+                       "a motion without them: the full model that it is compared with ties none");
+  }
+  return given;
 }
 
 bool is_scored(const ReplayResult& result) { return result.fidelity.contact_ticks > 0; }
@@ -256,7 +264,9 @@ void add_replay(CLI::App& app, Run& run) {
       "replay a motion or recording through a scheme over a link in virtual time, and compare with the 1 kHz full model");
   c->add_option("--scene", flags->scene, "scene file (JSON); with --recording it replaces the recorded one")->type_name("FILE");
   add_mesh_folders(*c, flags->mesh_folders);
-  c->add_option("--motion", flags->motion, "motion file (CSV t_s,x_m,y_m,z_m)")->type_name("FILE");
+  c->add_option("--motion", flags->motions,
+                "motion file (CSV t_s,x_m,y_m,z_m); give it again for each further hand on the body: the first is reported")
+      ->type_name("FILE");
   c->add_option("--gesture", flags->gesture, "use a motion made from the body's own surface")
       ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
   c->add_option("--recording", flags->recording, "use the hands and the scene of a recorded session")->type_name("FILE");

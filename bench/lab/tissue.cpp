@@ -1,5 +1,5 @@
 // palpate-lab tissue: error of bodies against the continuum that their scenes describe, over the size of their meshes.
-// palpate-lab surgery: that of needles and blades in them.
+// palpate-lab surgery: that of needles, blades, tears and threads in them.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -184,8 +184,9 @@ void add_tissue(CLI::App& app, Run& run) {
 }
 
 void add_surgery(CLI::App& app, Run& run) {
-  add_cases(*app.add_subcommand("surgery", "compare needles and blades in bodies with their laws, over the size of the meshes"),
-            run, surgery_cases, "'blade' or 'double insertion'");
+  add_cases(*app.add_subcommand(
+                "surgery", "compare needles, blades, tears and threads in bodies with their laws, over the size of the meshes"),
+            run, surgery_cases, "'blade', 'double cantilever' or 'thread'");
 }
 
 }  // namespace palpate

@@ -153,7 +153,7 @@ TissueSolution blade(int cells, const BladeTissue& tissue, bool work) {
 
 }  // namespace
 
-std::vector<TissueCase> surgery_cases() {
+std::vector<TissueCase> tool_cases() {
   const auto add = [](const char* family, const char* name, const char* unit, double reference, const char* by,
                       const auto& solve) {
     return TissueCase{family,      name,

@@ -39,6 +39,12 @@ const std::vector<TissueCase>& tissue_cases() {
   return all;
 }
 
+std::vector<TissueCase> surgery_cases() {
+  std::vector<TissueCase> all = tool_cases();
+  for (TissueCase& more : tear_cases()) all.push_back(std::move(more));
+  return all;
+}
+
 const TissueCase& tissue_case(const std::string& name) {
   static const std::vector<TissueCase> surgery = surgery_cases();
   for (const std::vector<TissueCase>* list : {&tissue_cases(), &surgery})

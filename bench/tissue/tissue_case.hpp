@@ -49,7 +49,10 @@ std::vector<TissueCase> time_cases();         ///< relaxation, creep, hysteresis
 std::vector<TissueCase> febio_cases();        ///< from its verification suite
 /// All of these.
 const std::vector<TissueCase>& tissue_cases();
-std::vector<TissueCase> surgery_cases();  ///< needle and blade, for palpate-lab surgery
+std::vector<TissueCase> tool_cases();  ///< needle and blade
+std::vector<TissueCase> tear_cases();  ///< tears and threads
+/// Both, for palpate-lab surgery.
+std::vector<TissueCase> surgery_cases();
 /// Returns the case of that name among all of both; throws std::logic_error if there is none.
 const TissueCase& tissue_case(const std::string& name);
 

@@ -97,8 +97,12 @@ void SutureContact::close(StateVector& z, const Vec3& hand) noexcept {
   z += (1 - share_next_) * pull_;
   if (!(suture_.law.tear_n > 0)) return;
   const SutureTear tear = tear_of(suture_.law, suture_.length_m, place_at(z.head(r), hand));
+  if (tear.length_m == 0) return;
   suture_.length_m = tear.spans_m;
   for (std::size_t j = 0; j < n; ++j) suture_.bites[j].position += tear.way[j];
+  const SutureShape torn = shape_at(z.head(r), hand);
+  tension_n_ = pull_of(suture_.law, suture_.length_m, torn).tension_n;
+  force_ = -tension_n_[n] * torn.along[n];
 }
 
 }  // namespace palpate

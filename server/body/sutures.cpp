@@ -14,6 +14,24 @@ Vec3 point_of(const NodeWeights& bite, const Vector& x) {
   return point;
 }
 
+/// A thread in a step: bites that bear too much have moved on from their material points, where it pulls all the same.
+struct Strung {
+  SutureTear tear;
+  SutureShape shape;
+  SuturePull pull;
+
+  Strung(const SutureState::Thread& thread, SuturePlace place) : tear(tear_of(thread.law, thread.length_m, place)) {
+    for (std::size_t j = 0; j < thread.bites->size(); ++j) place.points[j] += tear.way[j];
+    shape = shape_of(thread.law, place);
+    pull = palpate::pull_of(thread.law, tear.spans_m, shape);
+  }
+  /// Returns true if a span has an end that moves on, so that its tension does not grow.
+  bool yields(std::size_t span) const {
+    const auto moves = [&](std::size_t bite) { return bite < kMaxBites && !tear.way[bite].isZero(0); };
+    return moves(span - 1) || moves(span);
+  }
+};
+
 std::size_t threads_of(const BodyState& state) { return state.sutures ? state.sutures->threads.size() : 0; }
 
 /// Takes bite j out of a thread: its two spans become one.
@@ -107,19 +125,19 @@ SuturePull Sutures::pull_of(const BodyState& state, std::size_t which, const Sut
 }
 
 Vec3 Sutures::pull_to_hand(const BodyState& state, std::size_t which) const {
-  const SutureLaw& law = state.sutures->threads[which].law;
-  const SutureShape shape = shape_of(law, place_of(state, which));
-  if (!shape.held) return Vec3::Zero();
-  const auto last = static_cast<std::size_t>(law.bites);
-  if (last == 0) return Vec3::Zero();
-  return pull_of(state, which, shape).tension_n[last] * shape.along[last];
+  const SutureState::Thread& thread = state.sutures->threads[which];
+  const auto last = static_cast<std::size_t>(thread.law.bites);
+  if (!thread.hand || last == 0) return Vec3::Zero();
+  const Strung now(thread, place_of(state, which));
+  return now.pull.tension_n[last] * now.shape.along[last];
 }
 
 void Sutures::add_forces(const BodyState& state, std::size_t which, Vector& f) const {
   const SutureState::Thread& thread = state.sutures->threads[which];
   const std::vector<SutureBite>& bites = *thread.bites;
-  const SutureShape shape = shape_of(thread.law, place_of(state, which));
-  const SuturePull pull = pull_of(state, which, shape);
+  const Strung now(thread, place_of(state, which));
+  const SutureShape& shape = now.shape;
+  const SuturePull& pull = now.pull;
   for (std::size_t i = 1; i < spans_end(thread.law, shape); ++i) {
     const Vec3 force = pull.tension_n[i] * shape.along[i];
     if (pull.tension_n[i] == 0) continue;
@@ -149,8 +167,9 @@ std::vector<Sutures::Block> Sutures::tangents(const BodyState& state) const {
 void Sutures::add_tangents(const BodyState& state, std::size_t which, std::vector<Block>& blocks) const {
   const SutureState::Thread& thread = state.sutures->threads[which];
   const std::vector<SutureBite>& bites = *thread.bites;
-  const SutureShape shape = shape_of(thread.law, place_of(state, which));
-  const SuturePull pull = pull_of(state, which, shape);
+  const Strung now(thread, place_of(state, which));
+  const SutureShape& shape = now.shape;
+  const SuturePull& pull = now.pull;
   const std::size_t end = spans_end(thread.law, shape);
   // Adds scale (w_(i-1)a - w_ia) u to y.
   const auto add = [&](std::size_t i, double scale, const Vec3& u, Block& block) {
@@ -160,8 +179,9 @@ void Sutures::add_tangents(const BodyState& state, std::size_t which, std::vecto
   };
   for (std::size_t first = 1; first < end;) {
     std::size_t next = first + 1;
-    while (next < end && pull.group[next] == pull.group[first]) ++next;
-    if (pull.group_n_m[first] > 0) {
+    bool yields = now.yields(first);
+    for (; next < end && pull.group[next] == pull.group[first]; ++next) yields |= now.yields(next);
+    if (pull.group_n_m[first] > 0 && !yields) {
       Block& block = blocks.emplace_back(Block{{}, pull.group_n_m[first]});
       for (std::size_t i = first; i < next; ++i) add(i, std::sqrt(pull.share[i]), shape.along[i], block);
     }

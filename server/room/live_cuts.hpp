@@ -30,12 +30,15 @@ struct BodyInParts {
 
 class LiveCuts {
  public:
+  static constexpr double kLookS = 0.0125, kFrameS = 0.05, kFastS = 0.2;
   /// The body is as its scene has it.
   explicit LiveCuts(const BodyInParts& of);
   /// Cuts where blades have cut, or tears (tears.hpp). Returns true if cells were parted: the nodes are others then.
   bool cut_on();
   /// Makes the body what its scene has, at rest; returns false if nothing was cut.
   bool make_whole();
+  /// Returns the time after which cut_on() is due [s]: kLookS where a row has torn within kFastS, else kFrameS.
+  double due_s() const { return of_.scene->tearing && of_.state->time_s - torn_s_ < kFastS ? kLookS : kFrameS; }
   /// The change of nodes and cells by the last cut_on() that returned true.
   const CutChange& parted() const { return parted_; }
   /// The body as its scene has it, and its rest.

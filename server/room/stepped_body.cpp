@@ -145,7 +145,9 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   // Half of the allowance for forces that are not computed, which is a fifth of what the hand-over of patches hides.
   constexpr double kLeftOutForceN = 0.005;
   integrator_.stepper->set_quiescence_tolerance(job.may_sleep ? kLeftOutForceN : 0);
-  const Micros every = scene_.tearing ? std::max(kLookEvery, (job.target - time()) / kMostLooks) : job.target - time();
+  const Micros whole = job.target - time();
+  const bool tears_fast = cuts_ && cuts_->due_s() < LiveCuts::kFrameS;
+  const Micros every = tears_fast ? std::max(from_seconds(LiveCuts::kLookS), whole / kMostLooks) : whole;
   AdvanceReport report;
   for (Micros until = time();;) {
     until = job.target - until < every + kTick ? job.target : until + every;

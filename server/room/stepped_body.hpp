@@ -4,8 +4,8 @@
 // join (stepped_body_tools.cpp); the body is stepped, or sleeps (stepped_body.cpp). A frame that fell behind and is n > 2 nominal
 // frames long uses steps of n / 2 times their length.
 //
-// A blade parts the body at the end of a frame. A body that tears is looked at every kLookEvery of a frame, kMostLooks times at
-// most, and tears by a row at each: a fast tear that waits for the end of a frame would take too much work.
+// Cells part at the end of a frame. A body that tears fast (LiveCuts::due_s()) is looked at kMostLooks times a frame at most, and
+// tears by a row at each: a fast tear that waits for the end of a frame would take too much work.
 //
 // A press of a button ties the thread in the hand at its last bite, and the hand takes the next one; the hand that holds none
 // cuts the span of a thread within kScissorsM of its tool.
@@ -114,8 +114,7 @@ class SteppedBody {
  private:
   static constexpr Micros kOff{1'000'000};
   static constexpr double kScissorsM = 0.004;
-  static constexpr Micros kLookEvery{10'000};
-  static constexpr int kMostLooks = 5;
+  static constexpr int kMostLooks = 4;
   static ToolAt tool_at(const StationTool& tool, const ToolSphere& sphere, Micros t) {
     return moved_by(tool.track.turning(t).centre_of(sphere), tool.grasp, t);
   }

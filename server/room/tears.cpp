@@ -215,7 +215,7 @@ double TearRow::look(double time_s, double square) {
 
 double TearRow::enough_j_m2(double toughness_j_m2, double fade_s, const Dynamics& now, const Skin& skin, const BodyState& state,
                             const std::vector<ToolPort>& ports) {
-  constexpr double kChanged = 0.5;  // share of the load
+  constexpr double kChanged = 0.25;  // share of the load
   const double enough_j = toughness_j_m2 * area_m2_;
   const BodyState parted = carried(state);
   const Vector p = load(now, state, parted);
