@@ -12,14 +12,14 @@ namespace palpate {
 namespace {
 
 constexpr IntegratorOptions kOptions{.step_s = 0.01, .tolerance_m = 1e-8};
-constexpr double kArmM = DoubleCantilever::kArmM, kBroadM = DoubleCantilever::kBroadM, kLongM = DoubleCantilever::kLongM;
 
 /// Nodes at the ends of both arms: +1 above, -1 below. Those that a cut has copied have none.
 std::vector<std::pair<std::uint32_t, int>> ends_of(const LumpedBody& body) {
   std::vector<std::pair<std::uint32_t, int>> ends;
   for (std::uint32_t i = 0; i < body.nodes.size(); ++i) {
     const Vec3& x = body.nodes[i];
-    if (x.x() < 1e-9 && (x.z() < 1e-9 || x.z() > 2 * kArmM - 1e-9)) ends.emplace_back(i, x.z() > kArmM ? 1 : -1);
+    if (x.x() < 1e-9 && (x.z() < 1e-9 || x.z() > 2 * DoubleCantilever::kArmM - 1e-9))
+      ends.emplace_back(i, x.z() > DoubleCantilever::kArmM ? 1 : -1);
   }
   return ends;
 }
@@ -67,14 +67,15 @@ Vec3 PulledBody::momentum() const {
 
 Scene double_cantilever(double spacing_m, double cut_m, const std::string& more, const std::string& element) {
   const auto nodes = [&](double extent_m) { return 1 + static_cast<int>(std::lround(extent_m / spacing_m)); };
-  return read_scene(
-      fmt::format(R"({{"body": {{"lattice": {{"nodes": [{}, {}, {}], "size_m": [{}, {}, {}], "fixed_faces": ["x+"],
+  return read_scene(fmt::format(R"({{"body": {{"lattice": {{"nodes": [{}, {}, {}], "size_m": [{}, {}, {}], "fixed_faces": ["x+"],
         "solid": {{"element": "{}", "young_pa": {}, "poisson": 0.4, "law": "corotational", "damping_s": 0.002}}}},
         "cuts": [{{"path": [{{"at_m": [-0.01, -0.01, {}]}}, {{"at_m": [{}, -0.01, {}]}}], "direction": [0, 1, 0], "depth_m": 0.04}}],
         "tissue": [{{"toughness_j_m2": {}}}], "tears": true{}}}, "tool": {{"contact": "attach"}}}})",
-                  nodes(kLongM), nodes(kBroadM), 2 * nodes(kArmM) - 1, kLongM, kBroadM, 2 * kArmM, element,
-                  DoubleCantilever::kYoungPa, kArmM, cut_m + 0.3 * spacing_m, kArmM, DoubleCantilever::kToughnessJM2, more),
-      "bar");
+                                nodes(DoubleCantilever::kLongM), nodes(DoubleCantilever::kBroadM),
+                                2 * nodes(DoubleCantilever::kArmM) - 1, DoubleCantilever::kLongM, DoubleCantilever::kBroadM,
+                                2 * DoubleCantilever::kArmM, element, DoubleCantilever::kYoungPa, DoubleCantilever::kArmM,
+                                cut_m + 0.3 * spacing_m, DoubleCantilever::kArmM, DoubleCantilever::kToughnessJM2, more),
+                    "bar");
 }
 
 OpenedArms opened_arms(const Dynamics& dynamics, double force_n) {
@@ -97,7 +98,7 @@ PulledBody pulled_arms(double spacing_m, double cut_m, const std::function<doubl
   std::vector<std::uint32_t> held;
   for (const auto& [node, side] : ends_of(scene.body)) held.push_back(node);
   return gripped(std::move(scene), held, [=](const Vec3& rest, double t) {
-    return Vec3(rest + (rest.z() > kArmM ? 0.5 : -0.5) * apart_m(t) * Vec3::UnitZ());
+    return Vec3(rest + (rest.z() > DoubleCantilever::kArmM ? 0.5 : -0.5) * apart_m(t) * Vec3::UnitZ());
   });
 }
 

@@ -22,8 +22,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kArmM = DoubleCantilever::kArmM, kBroadM = DoubleCantilever::kBroadM, kBeamPa = DoubleCantilever::kYoungPa,
-                 kBarJ = DoubleCantilever::kToughnessJM2;
 constexpr double kLegJ = 90, kLegThickM = 0.02;
 constexpr double kThreadJ = 300, kThreadM = 0.001, kThreadMu = 0.2;
 
@@ -43,10 +41,12 @@ TissueSolution bar_energy(int cells, bool of_beams) {
   if (!of_beams) {
     const Scene cut_on = double_cantilever(h, kCutM + h);
     const double wider_m = opened_arms(Dynamics(cut_on.body), kForceN).apart_m - before.apart_m;
-    return {now.nodes(), release / (kForceN * wider_m / (2 * kBroadM * h))};
+    return {now.nodes(), release / (kForceN * wider_m / (2 * DoubleCantilever::kBroadM * h))};
   }
-  const double inertia = kBroadM * std::pow(kArmM, 3) / 12, length_m = kCutM + 0.5 * h + 0.67 * kArmM;
-  return {now.nodes(), release / (std::pow(kForceN * length_m, 2) / (kBroadM * kBeamPa * inertia))};
+  const double inertia = DoubleCantilever::kBroadM * std::pow(DoubleCantilever::kArmM, 3) / 12,
+               length_m = kCutM + 0.5 * h + 0.67 * DoubleCantilever::kArmM;
+  return {now.nodes(),
+          release / (std::pow(kForceN * length_m, 2) / (DoubleCantilever::kBroadM * DoubleCantilever::kYoungPa * inertia))};
 }
 
 TissueSolution bar_work(int cells, double speed_m_s) {
@@ -191,9 +191,9 @@ std::vector<TissueCase> tear_cases() {
           [](int n) { return bar_energy(n, false); }),
       add("double cantilever", "double cantilever, energy of beams", "", 1, "Williams", all,
           [](int n) { return bar_energy(n, true); }),
-      add("double cantilever", "double cantilever, work per area, 10 mm/s", "J/m2", kBarJ, "J", all,
+      add("double cantilever", "double cantilever, work per area, 10 mm/s", "J/m2", DoubleCantilever::kToughnessJM2, "J", all,
           [](int n) { return bar_work(n, 0.01); }),
-      add("double cantilever", "double cantilever, work per area, 40 mm/s", "J/m2", kBarJ, "J", coarse,
+      add("double cantilever", "double cantilever, work per area, 40 mm/s", "J/m2", DoubleCantilever::kToughnessJM2, "J", coarse,
           [](int n) { return bar_work(n, 0.04); }),
       add("trouser tear", "trouser tear, force of a leg", "N", 0.5 * kLegJ * kLegThickM, "J b / 2", coarse,
           [](int n) { return legs(n, true); }),
