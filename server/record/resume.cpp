@@ -6,6 +6,7 @@
 
 #include "common/base/error.hpp"
 #include "server/core/room_info.hpp"
+#include "server/room/drawn_threads.hpp"
 #include "server/scene/sutures.hpp"
 
 namespace palpate {
@@ -16,7 +17,7 @@ void check(const RecordingHead& head, const std::string& where, const std::strin
     throw InputError(where, "is a station's recording", "one of a room, made by palpate-server");
   if (head.name != room)
     throw InputError(where, fmt::format("is of room \"{}\"", head.name), fmt::format("of room \"{}\"", room));
-  const std::size_t vertices = scene.body.vertices();
+  const std::size_t vertices = scene.body.vertices() + DrawnThreads(scene.body).vertices();
   if (head.surface.body_vertices != vertices)
     throw InputError(where, fmt::format("is of a body of {} vertices", head.surface.body_vertices),
                      fmt::format("the {} of scene \"{}\"; move the file away to begin at rest", vertices, scene.name));

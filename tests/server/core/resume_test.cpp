@@ -98,6 +98,7 @@ RecordedCheckpoint checkpoint_of(const FrameResult& result, std::vector<Recorded
     checkpoint.velocities.emplace_back(at_node(result.state->v, node));
   }
   if (result.state->history) checkpoint.relaxed = side_by_side(*result.state->history);
+  checkpoint.threads = recorded_threads(*result.state);
   return checkpoint;
 }
 
@@ -175,6 +176,17 @@ TEST_CASE("a body whose stress has faded remembers that when it is taken up agai
   CHECK(goes_on(found->checkpoint.relaxed, true) == Approx(went_on).epsilon(0.01));
   CHECK(went_on == Approx(force).epsilon(0.01));
   CHECK(goes_on(found->checkpoint.relaxed.leftCols(3), false) > 1.1 * force);
+}
+
+TEST_CASE("a body with threads, which recordings draw, is taken up again with them", "[resume]") {
+  Pressed world(10s, scene_named("cuts/stitches.json"));
+  world.frame(std::nullopt);
+  const std::optional<ResumePoint> point = recorded(world, Vec3::Zero());
+  REQUIRE(point);
+  REQUIRE(point->checkpoint.threads.size() == 3);
+  const auto threads = threads_of(point->checkpoint.threads, world.scene.body);
+  REQUIRE(threads);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(threads->threads[k].length_m == world.last.state->sutures->threads[k].length_m);
 }
 
 TEST_CASE("a tool whose station does not come back lets go after ten seconds, and at a reset at once", "[resume]") {
