@@ -3,7 +3,6 @@
 #include "bindings/python/arrays.hpp"
 #include "bindings/python/frames.hpp"
 #include "bindings/python/module.hpp"
-#include "client/core/haptic_tick.hpp"
 #include "common/player/player.hpp"
 
 namespace palpate::python {
