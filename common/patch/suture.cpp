@@ -142,36 +142,34 @@ class Slides {
   std::array<int, kMaxBites> direction_{};  // 1: to the higher span
 };
 
-}  // namespace
-
-namespace {
-
 constexpr double kSoftest = 1e-3;  // of the stiffness without slides
 
-/// The force of a thread on a bite, and its stiffness along it; energy and lengths of the thread after it has slid.
-struct BiteForce {
-  Vec3 force;
-  double stiffness_n_m = 0, energy_j = 0;
-  OfSpans length_m;
-  double most_m = 1e-3;  // to go at a time: not beyond the other end of a span that is taut
+/// A thread that has slid, with what it does to its bites.
+struct Settled {
+  SutureShape shape;
+  SuturePull pull;
+  double energy_j = 0;
 
-  BiteForce(const SutureLaw& law, const OfSpans& begun_m, const SuturePlace& place, std::size_t j) {
-    const SutureShape shape = shape_of(law, place);
-    const SuturePull pull = pull_of(law, begun_m, shape);
-    length_m = pull.length_m;
+  Settled(const SutureLaw& law, const OfSpans& begun_m, const SuturePlace& place) noexcept
+      : shape(shape_of(law, place)), pull(pull_of(law, begun_m, shape)) {
     for (const double tension_n : pull.tension_n) energy_j += 0.5 * tension_n * tension_n / law.stiffness_n_m;
-    force = pull.tension_n[j + 1] * shape.along[j + 1] - pull.tension_n[j] * shape.along[j];
-    const Vec3 towards = force.normalized();
+  }
+
+  /// f_j.
+  Vec3 force(std::size_t j) const { return pull.tension_n[j + 1] * shape.along[j + 1] - pull.tension_n[j] * shape.along[j]; }
+
+  /// Returns how far bite j goes this way until it bears `less_n` less, by the tangent; not beyond the other end of a taut span.
+  double way_m(const SutureLaw& law, std::size_t j, const Vec3& towards, double less_n) const {
+    double stiffness_n_m = 0, most_m = 1e-3;
     const double grows[] = {towards.dot(shape.along[j]), -towards.dot(shape.along[j + 1])};
     for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
       if (!(pull.tension_n[j + i] > 0)) continue;
-      const double across = pull.tension_n[j + i] / shape.distance_m[j + i] * (1 - grows[i] * grows[i]);
-      stiffness_n_m += across;
+      stiffness_n_m += pull.tension_n[j + i] / shape.distance_m[j + i] * (1 - grows[i] * grows[i]);
       for (const std::size_t m : {std::size_t{0}, std::size_t{1}})
         stiffness_n_m += grows[i] * pull.tangent(j + i, j + m) * grows[m];
       most_m = std::min(most_m, shape.distance_m[j + i]);
     }
-    stiffness_n_m = std::max(stiffness_n_m, kSoftest * law.stiffness_n_m);
+    return std::min(most_m, less_n / std::max(stiffness_n_m, kSoftest * law.stiffness_n_m));
   }
 };
 
@@ -225,39 +223,48 @@ SuturePull pull_of(const SutureLaw& law, const OfSpans& length_m, const SutureSh
   return pull;
 }
 
-SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace place) noexcept {
-  constexpr int kTearRounds = 100, kHalves = 12;
+SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace place, int most_settled) noexcept {
+  constexpr double kLess = 0.5, kLeast = 2e-4;  // of the way by the tangent, where the thread does not give what it takes
+  // Bites yield together: one that went all its way before the others begin would go too far.
+  constexpr double kAtOnce = 0.5, kWholly = 0.02;  // of what a bite bears too much; of J d
   constexpr double kTooMuchN = 1e-6;
   SutureTear tear;
   tear.way.fill(Vec3::Zero());
   tear.spans_m = length_m;
   if (!(law.tear_n > 0)) return tear;
-  tear.spans_m = pull_of(law, length_m, shape_of(law, place)).length_m;
+  Settled at(law, length_m, place);
+  tear.settled = 1;
+  std::array<double, kMaxBites> share;  // of its way that a bite tries next
+  share.fill(1);
   const auto n = static_cast<std::size_t>(law.bites);
-  for (int round = 0; round < kTearRounds; ++round) {
-    bool any = false;
+  while (tear.settled < most_settled) {
+    std::size_t most = n;  // the bite that bears the most
+    double too_much = kTooMuchN;
     for (std::size_t j = 0; j < n; ++j) {
-      const BiteForce at(law, tear.spans_m, place, j);
-      const double too_much = at.force.norm() - law.tear_n;
-      if (!(too_much > kTooMuchN)) continue;
-      const Vec3 from = place.points[j], towards = at.force.normalized();
-      // By the tangent, or less far: the thread gives what the way takes.
-      double way = std::min(at.most_m, too_much / at.stiffness_n_m);
-      bool goes = false;
-      for (int half = 0; half < kHalves && !goes; ++half, way *= 0.5) {
-        place.points[j] = from + way * towards;
-        const BiteForce then(law, tear.spans_m, place, j);
-        goes = at.energy_j - then.energy_j >= law.tear_n * way;
-        if (!goes) continue;
-        tear.way[j] += way * towards;
-        tear.length_m += way;
-        tear.spans_m = then.length_m;
-      }
-      if (!goes) place.points[j] = from;
-      any |= goes;
+      const double beyond = share[j] * (at.force(j).norm() - law.tear_n);
+      if (!(beyond > too_much) || share[j] < kLeast) continue;
+      most = j;
+      too_much = beyond;
     }
-    if (!any) break;
+    if (most == n) break;
+    const Vec3 from = place.points[most], towards = at.force(most).normalized();
+    const double beyond_n = at.force(most).norm() - law.tear_n;
+    const double less_n = std::min(beyond_n, std::max(kAtOnce * beyond_n, kWholly * law.tear_n));
+    const double way = share[most] * at.way_m(law, most, towards, less_n);
+    place.points[most] = from + way * towards;
+    const Settled then(law, at.pull.length_m, place);
+    ++tear.settled;
+    if (at.energy_j - then.energy_j >= law.tear_n * way) {
+      tear.way[most] += way * towards;
+      tear.length_m += way;
+      at = then;
+      share.fill(1);
+    } else {
+      place.points[most] = from;
+      share[most] *= kLess;
+    }
   }
+  tear.spans_m = at.pull.length_m;
   return tear;
 }
 

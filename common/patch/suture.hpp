@@ -83,9 +83,12 @@ struct SutureTear {
   std::array<Vec3, kMaxBites> way;  ///< of each bite [m]
   double length_m = 0;              ///< of all together
   OfSpans spans_m{};                ///< L_i afterwards
+  int settled = 0;                  ///< how often its tensions were computed, which is what it costs
 };
-/// Returns the ways by which a thread of these material lengths cuts through the tissue, in small ones that slide and cut in
-/// turn, until each bite bears J d at most. No less energy than J d a length is taken from it.
-SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace place) noexcept;
+inline constexpr int kSettledInFull = 2000;
+/// Returns the ways by which a thread of these material lengths cuts through the tissue: the bite that bears the most moves on,
+/// and the thread slides, in turn, until each bite bears J d at most, or the tensions were computed `most_settled` times. What is
+/// left then is for the next call. No less energy than J d a length is taken from it.
+SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace place, int most_settled = kSettledInFull) noexcept;
 
 }  // namespace palpate

@@ -96,7 +96,7 @@ void SutureContact::close(StateVector& z, const Vec3& hand) noexcept {
   force_ = -tension_n_[n] * free.along[n];
   z += (1 - share_next_) * pull_;
   if (!(suture_.law.tear_n > 0)) return;
-  const SutureTear tear = tear_of(suture_.law, suture_.length_m, place_at(z.head(r), hand));
+  const SutureTear tear = tear_of(suture_.law, suture_.length_m, place_at(z.head(r), hand), kSettledInATick);
   if (tear.length_m == 0) return;
   suture_.length_m = tear.spans_m;
   for (std::size_t j = 0; j < n; ++j) suture_.bites[j].position += tear.way[j];

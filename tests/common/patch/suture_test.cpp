@@ -200,3 +200,33 @@ TEST_CASE("A thread that cuts through tissue bears J d at most at each bite, and
   CHECK(bounds > 10000);
   CHECK(beyond == 0);
 }
+
+TEST_CASE("A thread that cuts is brought to J d at each bite by calls of bounded work, too") {
+  Random random(5);
+  constexpr int kMost = 12;
+  int at_most = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const SutureLaw law{8, 2000, random.uniform(0, 0.3), 0.01, true, false, false, std::pow(10.0, random.uniform(-3, 0))};
+    SuturePlace place;
+    place.points.fill(Vec3::Zero());
+    place.held = true;
+    for (std::size_t j = 0; j <= 8; ++j)
+      place.points[j] = Vec3(0.01 * static_cast<double>(j), random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01));
+    OfSpans lengths = shape_of(law, place).distance_m;
+    lengths[0] = 0.01;
+    place.points[8] += 5e-3 * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    for (int call = 0; call < 100; ++call) {
+      const SutureTear tear = tear_of(law, lengths, place, kMost);
+      CHECK(tear.settled <= kMost);
+      at_most += tear.settled == kMost;
+      for (std::size_t j = 0; j < 8; ++j) place.points[j] += tear.way[j];
+      lengths = tear.spans_m;
+      if (tear.settled < kMost) break;
+    }
+    const SutureShape shape = shape_of(law, place);
+    const SuturePull end = pull_of(law, lengths, shape);
+    for (std::size_t j = 0; j < 8; ++j)
+      CHECK((end.tension_n[j + 1] * shape.along[j + 1] - end.tension_n[j] * shape.along[j]).norm() < law.tear_n + 1e-4);
+  }
+  CHECK(at_most > 20);
+}
