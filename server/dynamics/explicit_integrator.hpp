@@ -71,6 +71,7 @@ class ExplicitIntegrator : public Stepper {
     return std::make_unique<ExplicitIntegrator>(dynamics, skin, is_leapfrog() ? Stages::one : Stages::more, limits_);
   }
   bool is_stateless() const override { return true; }
+  void allow_touched(double most_iterations) override { fallback_.allow_touched(most_iterations); }
   void set_quiescence_tolerance(double most_n) override { body_.set_quiescence_tolerance(most_n); }
   void use_threads(ThreadPool& pool) override { body_.use_threads(pool); }
   /// Size of an evaluation: springs, with gaps, and hexahedra.

@@ -63,16 +63,11 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
   // on time. What is left of a frame is then one damped step: a frame has to end.
   const double steps_uncut = std::max(kFewestSteps, std::ceil((until_s - state.time_s) / std::min(step_s, options_.step_s)));
   const double bound = kNewtonAStep * steps_uncut;
-  // A frame that begins again once more, with fewer tools, has less than it had.
-  tries_ = until_s == until_s_ ? tries_ + 1 : 1;
-  until_s_ = until_s;
-  const double allowed = (tries_ > kFullTries ? kLaterTry : 1) * kTouchedNewtonAStep * steps_uncut;
-  touched_left_ = std::min(touched_left_ + allowed, kTouchedFrames * allowed);
   double h_try = step_s;
   std::optional<double> most_j;  // what a body has that is left alone
   while (until_s - state.time_s > 1e-9) {
     const bool touched = touches(ports);
-    const bool too_dear = touched && (touched_left_ < 0 || report.newton_iterations > bound);
+    const bool too_dear = touched && (report.touched_iterations > most_touched_ || report.newton_iterations > bound);
     if (too_dear || report.newton_iterations > options_.most_iterations) {
       report.converged = false;
       return report;
@@ -101,7 +96,7 @@ AdvanceReport Integrator::advance(BodyState& state, std::vector<ToolPort>& ports
     const int iterations_before = report.newton_iterations;
     StepEnd end = step(state, ports, h, tools, report);
     if (end == StepEnd::done && most_j && !touched_ && gains_energy(before, state, *most_j)) end = StepEnd::failed;
-    if (touched || touched_) touched_left_ -= report.newton_iterations - iterations_before;
+    if (touched || touched_) report.touched_iterations += report.newton_iterations - iterations_before;
     if (end == StepEnd::done) {
       relaxation.relax(h / 2, state);
       dynamics_->follow(state);

@@ -16,9 +16,8 @@
 // down the same potential from standstill, so that it can only calm the body. So does a step so long that the trapezoid would
 // throw a node further than elements are long (far from balance, many periods at once: an abrupt release of a light stiff body).
 // Contacts that contradict each other have no such way out: there the step is given up. All that is counted in cut_steps.
-// Where tools touch, advance() gives up as well when its steps with contact have taken kTouchedNewtonAStep iterations for each
-// step that it would have uncut, ten times what hands take, and what calls before it left, up to kTouchedFrames times that in
-// all: a body that snaps over under a tool takes more for a call or two, a hand that jumps about inside it in every call.
+// Where tools touch, advance() gives up as well when it has taken kNewtonAStep iterations for each step that it would have uncut,
+// or its steps with contact those that allow_touched() allows.
 //
 // A tool is a port on the body (ToolPort). attach: its node is where the tool is at the end of each stage, and its velocity is
 // the one with which the scheme takes it there (the mean over the first stage, then y2' of the BDF2): the impulse of its dampers
@@ -71,17 +70,15 @@ class Integrator final : public Stepper {
   }
   AdvanceReport advance(BodyState& state, std::vector<ToolPort>& ports, double until_s, double step_s,
                         const ToolMotion& tools) override;
+  void allow_touched(double most_iterations) override { most_touched_ = most_iterations; }
   std::unique_ptr<Stepper> anew(const Dynamics& dynamics, const Skin& skin) const override {
     return std::make_unique<Integrator>(dynamics, skin, options_);
   }
 
  private:
   static constexpr int kNewtonMax = 30, kNewtonMost = 200;  // of a stage; of a damped step
-  // Bounds of an advance(), by the steps of the options' length that it would have uncut.
-  static constexpr double kNewtonAStep = 120, kTouchedNewtonAStep = 40, kFewestSteps = 5;
-  static constexpr int kFullTries = 2;         ///< advance() to one time that have the whole bound: the first, and one calmed
-  static constexpr double kLaterTry = 0.25;    ///< share of it of those after them
-  static constexpr double kTouchedFrames = 2;  ///< measured: a gallbladder that folds takes 370 and 219 of 200 in two frames
+  // Bound of an advance(), by the steps of the options' length that it would have uncut.
+  static constexpr double kNewtonAStep = 120, kFewestSteps = 5;
 
   struct Stage {
     double a = 0, end_s = 0;
@@ -140,10 +137,8 @@ class Integrator final : public Stepper {
   std::vector<PortResponse> responses_;
   std::vector<std::vector<Mat3>> coupling_;  // of touching ports j and k: a^2 B_j^T A^-1 B_k; for j = k its symmetric part
   bool touched_ = false;                     // a contact began in this step, though it may have ended
-  double touched_left_ = 0;                  // Newton iterations that steps with contact may still take
-  double until_s_ = -1;                      ///< end of the last advance()
-  int tries_ = 0;                            ///< advance() to that time so far
-  Vector trend_;                             // acceleration over the last stage [m/s^2], empty after a jump
+  double most_touched_ = std::numeric_limits<double>::infinity();
+  Vector trend_;  // acceleration over the last stage [m/s^2], empty after a jump
   std::vector<double> skin_positions_;
   Vector f_, r_;
 };

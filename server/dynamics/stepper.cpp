@@ -6,6 +6,7 @@ AdvanceReport& AdvanceReport::operator+=(const AdvanceReport& next) {
   steps += next.steps;
   cut_steps += next.cut_steps;
   newton_iterations += next.newton_iterations;
+  touched_iterations += next.touched_iterations;
   solver_iterations += next.solver_iterations;
   factorisations += next.factorisations;
   needed_share = next.needed_share;

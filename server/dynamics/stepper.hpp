@@ -59,9 +59,10 @@ using ToolMotion = std::function<ToolAt(std::size_t port, double time_s)>;
 
 struct AdvanceReport {
   int steps = 0, cut_steps = 0, newton_iterations = 0, solver_iterations = 0, factorisations = 0;
-  double needed_share = 1;  ///< of the springs, on average: the others rested
-  bool converged = true;    ///< false: contacts that contradict each other, or not even a damped step stayed in the world,
-                            ///< or it was given up, as tools cost too much; the state is the last good one, at its time
+  int touched_iterations = 0;  ///< those of Newton's method in steps with contact
+  double needed_share = 1;     ///< of the springs, on average: the others rested
+  bool converged = true;       ///< false: contacts that contradict each other, or not even a damped step stayed in the world,
+                               ///< or it was given up, as tools cost too much; the state is the last good one, at its time
 
   AdvanceReport& operator+=(const AdvanceReport& next);
 };
@@ -93,6 +94,9 @@ class Stepper {
   /// Forces that may be left out of balance, in total [N], in regions where nothing happens and which need not be computed then;
   /// 0, as at first: none. Explicit integrators of large bodies do so.
   virtual void set_quiescence_tolerance(double most_n) { (void)most_n; }
+  /// Bounds the iterations of Newton's method that steps with contact may take in each advance(), which then gives up before its
+  /// next step; at first nothing does. Explicit steps take none, those that replace them do.
+  virtual void allow_touched(double most_iterations) = 0;
   /// Lets it share its work with a thread pool, which must outlive it. Not all do, and none for small bodies; what they compute
   /// is the same.
   virtual void use_threads(ThreadPool& pool) { (void)pool; }

@@ -146,6 +146,7 @@ AdvanceReport SteppedBody::advance(const FrameJob& job) {
   constexpr double kLeftOutForceN = 0.005;
   integrator_.stepper->set_quiescence_tolerance(job.may_sleep ? kLeftOutForceN : 0);
   const Micros whole = job.target - time();
+  allowance_.begin(std::ceil(seconds(whole) / integrator_.step_s));
   const bool tears_fast = cuts_ && cuts_->due_s() < LiveCuts::kFrameS;
   const Micros every = tears_fast ? std::max(from_seconds(LiveCuts::kLookS), whole / kMostLooks) : whole;
   AdvanceReport report;
@@ -174,11 +175,15 @@ AdvanceReport SteppedBody::advance(Micros until, double step_s) {
   AdvanceReport report;
   bool calmed = false;
   for (std::size_t most = 1;;) {
-    report += integrator_.stepper->advance(body_, ports_, seconds(until), step_s, tools);
+    integrator_.stepper->allow_touched(allowance_.left());
+    const AdvanceReport once = integrator_.stepper->advance(body_, ports_, seconds(until), step_s, tools);
+    allowance_.take(once.touched_iterations);
+    report += once;
     if (report.converged) return report;
     if (calmed && !release_longest(std::exchange(most, 2 * most), begin, until)) return report;
     calmed = true;
     begin_again(before, ports_before);
+    allowance_.begin_again();
   }
 }
 

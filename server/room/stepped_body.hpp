@@ -33,6 +33,7 @@
 #include "server/room/room.hpp"
 #include "server/room/tool_coupling.hpp"
 #include "server/room/tool_track.hpp"
+#include "server/room/touched_allowance.hpp"
 
 namespace palpate {
 
@@ -146,6 +147,7 @@ class SteppedBody {
   std::unique_ptr<NeedleTissue> tissue_;  // where the tools are needles
   std::optional<Dynamics> dynamics_;
   ChosenStepper integrator_;
+  TouchedAllowance allowance_;
   BodyState rest_, body_;
   double softest_1_s2_;
   std::optional<Stillness> stillness_;
