@@ -55,6 +55,7 @@ struct IntegratorOptions {
   double event_step_s = 0.002;  ///< of a step in which a contact begins or ends
   /// Bound on the iterations of Newton's method in one advance(), which then gives up before its next step.
   int most_iterations = std::numeric_limits<int>::max();
+  double contact_tolerance_m = 0;  ///< of Newton's method while a tool is in contact, if larger than tolerance_m
 };
 
 class Integrator final : public Stepper {

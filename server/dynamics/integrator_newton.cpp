@@ -85,6 +85,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
   place(stage, state);
   const bool contact = std::any_of(ports.begin(), ports.end(), [](const ToolPort& p) { return p.in_contact(); });
   if (contact) skin_->place(state.x, skin_positions_);
+  const double tolerance_m = contact ? std::max(options_.tolerance_m, options_.contact_tolerance_m) : options_.tolerance_m;
   std::vector<Vec3> normals = normals_of(ports, state.x);
   std::vector<Vec3> slips(ports.size(), Vec3::Zero());
   bool fresh = !(std::abs(matrix_a_ - a) < 0.01 * a);
@@ -125,7 +126,7 @@ bool Integrator::newton(const Stage& stage, const std::vector<Vec3>& tool_points
     // What is still to come when moves shrink by the factor seen last: the sum of a geometric series.
     const double ratio = since_slide > 0 ? move / last_move : 1;
     const double left = ratio < 0.5 ? move * ratio / (1 - ratio) : move;
-    if (left < options_.tolerance_m) {
+    if (left < tolerance_m) {
       if (slides < kSlidesMax && slide_on(slips, state, ports)) {
         ++slides;
         since_slide = 0;
