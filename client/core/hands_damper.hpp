@@ -28,7 +28,9 @@ double stiffness_between_tools(const Patch& patch) noexcept;
 
 class HandsDamper {
  public:
-  static constexpr double kMostNSM = 30;  ///< less than the mass of a device and its tick could hold: m / dt = 75 N s/m
+  /// More: the filter's lag at the pace of b / m, and the encoder's steps, keep a light hand moving, which has 0.2 kg with its
+  /// device (docs/decisions/0072-several-hands-stay-calm.md).
+  static constexpr double kMostNSM = 20;
   static constexpr double kFilterS = 0.005, kFollowS = 0.05;
 
   /// Sets the patch in use.

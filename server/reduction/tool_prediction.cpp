@@ -32,7 +32,7 @@ ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s
 
 HandMotion expected_path(const HandMotion& hand, double horizon_s) {
   assert(horizon_s > 0);
-  const Vec3 end = moved_on({Vec3::Zero(), hand.velocity}, hand.acceleration, horizon_s).position;
+  const Vec3 end = moved_on({Vec3::Zero(), hand.velocity}, hand.acceleration, horizon_s).position + hand.back;
   return {hand.velocity, 2 / (horizon_s * horizon_s) * (end - horizon_s * hand.velocity)};
 }
 

@@ -27,12 +27,13 @@ ToolAt dead_reckoned(const ToolAt& last, double gone_s);
 /// Returns the tool `after_s` from now.
 ToolAt moved_on(const ToolAt& now, const Vec3& acceleration_m_s2, double after_s);
 
-/// Motion of a hand now, smoothed of its tremor and of an encoder's rounding.
+/// Motion of a hand, smoothed of its tremor and of an encoder's rounding.
 struct HandMotion {
-  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();  ///< [m/s], [m/s^2]
+  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();  ///< now [m/s], [m/s^2]
+  Vec3 back = Vec3::Zero();  ///< displacement beyond these at the end of the time it is predicted for: of a swing [m]
 };
 /// Returns the motion v t + a t^2 / 2 that begins with the hand's velocity and ends, after `horizon_s`, at the position of
-/// moved_on().
+/// moved_on(), displaced by `back`.
 HandMotion expected_path(const HandMotion& hand, double horizon_s);
 
 /// Return the distance [m] and speed [m/s] that a hand reaches from rest by accelerating.

@@ -106,8 +106,8 @@ class SteppedBody {
   /// Returns the motion of the hand at tool k, from the parabola through its positions now and 30 and 60 ms ago; without samples
   /// that old, its velocity alone.
   HandMotion hand_motion(std::size_t k) const;
-  /// Returns the share of it that the hand's own past shows to be predictable (predictability.hpp): the motion that the other
-  /// stations' patches expect.
+  /// Returns the share of it that the hand's own past shows to be predictable, and how far it comes back of a swing
+  /// (predictability.hpp): the motion that the other stations' patches expect.
   HandMotion predictable_motion(std::size_t k) const;
   /// Returns the nearest point of the surface to `tool`, if it is nearer than `far_m`.
   std::optional<NearestPoint> nearest_within(const Vec3& tool, double far_m) const;

@@ -148,8 +148,8 @@ HandMotion SteppedBody::hand_motion(std::size_t k) const {
 
 HandMotion SteppedBody::predictable_motion(std::size_t k) const {
   const HandMotion motion = hand_motion(k);
-  const double share = tools_.at(ports_[k].tool).past.share();
-  return {share * motion.velocity, share * motion.acceleration};
+  const Predictability& past = tools_.at(ports_[k].tool).past;
+  return {past.share() * motion.velocity, past.share() * motion.acceleration, past.back()};
 }
 
 /// Resets the body to rest while hands are on it, without a step in any hand's force.

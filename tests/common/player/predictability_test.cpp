@@ -3,10 +3,12 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 
 #include "tests/support/circling_hand.hpp"
 
 using namespace palpate;
+using test::kRadiusM;
 using test::on_circle;
 using test::share_on_circle;
 
@@ -23,6 +25,25 @@ TEST_CASE("A steady motion is predictable as a whole, a circle as far as its rad
   // Of a slow motion all, of a fast one nothing that would make it larger.
   if (hz * horizon_s < 0.05) CHECK(circle.share() > 0.9);
   if (hz * horizon_s > 0.5) CHECK(circle.share() < 0.1);
+}
+
+TEST_CASE("A hand that swings within the horizon is expected to come back to its mean, one that moves slowly is not") {
+  const double hz = GENERATE(0.5, 1.5, 3.0, 5.0);
+  const Vec3 centre(0.1, 0, -0.2);
+  CAPTURE(hz);
+  Predictability hand;
+  CHECK(hand.back().norm() == 0);
+  for (int k = 0; k < 600; ++k) hand.add(centre + on_circle(2 * M_PI * hz, 0.01 * k), 0.15);
+  const double share = share_on_circle(2 * M_PI * hz, 0.15);
+  // The low-passed circle is a circle, smaller by the filter's gain and later by its phase.
+  const double part = 0.01 / (Predictability::kMeanS + 0.01);
+  const std::complex<double> gain = part / (1.0 - (1 - part) * std::polar(1.0, -2 * M_PI * hz * 0.01));
+  const Vec3 here = on_circle(2 * M_PI * hz, 5.99);
+  const std::complex<double> mean = gain * std::complex<double>(here.x(), here.y());
+  const Vec3 back = std::max(0.0, 1 - 1.5 * share) * (Vec3(mean.real(), mean.imag(), 0) - here);
+  CHECK((hand.back() - back).norm() < 1e-6 * kRadiusM);
+  if (hz < 1) CHECK(hand.back().norm() == 0);
+  if (hz * 0.15 > 0.5) CHECK(hand.back().norm() > 0.8 * kRadiusM);
 }
 
 TEST_CASE("Predictability forgets how the hand moved before") {

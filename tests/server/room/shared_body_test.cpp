@@ -54,4 +54,17 @@ TEST_CASE("A hand that moves steadily is expected to move on, one that circles w
   CHECK((swings.expected().velocity - path.share() * swings.hand().velocity).norm() < 1e-3 * swings.hand().velocity.norm());
   CHECK((swings.expected().acceleration - path.share() * swings.hand().acceleration).norm() <
         1e-3 * swings.hand().acceleration.norm());
+  CHECK(path.back().norm() > 0.001);
+  CHECK(swings.expected().back.norm() == Approx(path.back().norm()).epsilon(0.02));
+  CHECK(steady.expected().back.norm() == 0);
+}
+
+TEST_CASE("The path that a patch expects of a hand begins with its velocity, and ends where the hand moved on and came back") {
+  const HandMotion hand{Vec3(0.02, 0, -0.01), Vec3(0, 0.3, 0), Vec3(-0.002, 0.001, 0)};
+  constexpr double kHorizonS = 0.2;
+  const HandMotion path = expected_path(hand, kHorizonS);
+  CHECK(path.velocity == hand.velocity);
+  const Vec3 there = kHorizonS * path.velocity + 0.5 * kHorizonS * kHorizonS * path.acceleration;
+  const Vec3 moved = moved_on({Vec3::Zero(), hand.velocity}, hand.acceleration, kHorizonS).position;
+  CHECK((there - moved - hand.back).norm() < 1e-15);
 }
