@@ -45,11 +45,8 @@ class Predictability {
   }
   /// s.
   double share() const noexcept { return square_ > 0 ? std::clamp(along_ / square_, 0.0, 1.0) : 1; }
-  /// Displacement by which the hand is expected to come back within h [m].
-  Vec3 back() const noexcept {
-    if (known_ == 0) return Vec3::Zero();
-    return std::max(0.0, 1 - 1.5 * share()) * (mean_ - places_[newest_]);
-  }
+  /// Displacement by which the hand, now at `position`, is expected to come back within h [m].
+  Vec3 back(const Vec3& position) const noexcept { return std::max(0.0, 1 - 1.5 * share()) * (mean_ - position); }
 
  private:
   static constexpr double kEveryS = 0.01;

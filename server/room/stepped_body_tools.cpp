@@ -148,8 +148,9 @@ HandMotion SteppedBody::hand_motion(std::size_t k) const {
 
 HandMotion SteppedBody::predictable_motion(std::size_t k) const {
   const HandMotion motion = hand_motion(k);
-  const Predictability& past = tools_.at(ports_[k].tool).past;
-  return {past.share() * motion.velocity, past.share() * motion.acceleration, past.back()};
+  const StationTool& tool = tools_.at(ports_[k].tool);
+  const double share = tool.past.share();
+  return {share * motion.velocity, share * motion.acceleration, tool.past.back(tool.track.on_path(time()).at.position)};
 }
 
 /// Resets the body to rest while hands are on it, without a step in any hand's force.

@@ -109,6 +109,17 @@ TEST_CASE("Two hands 30 mm apart come to rest on one body, with equal and unequa
   }
 }
 
+TEST_CASE("Two light hands that tapped at one place over 300 ms come to rest") {
+  const std::vector<StabilityPoint> points = hands_points({{Scheme::port}, 180.1, false, 1});
+  const auto point = std::ranges::find_if(points, [](const StabilityPoint& p) {
+    return p.hand == "light" && p.hands == 2 && p.apart_mm == 0 && p.rtt_ms == 300 && p.others_rtt_ms == 300;
+  });
+  REQUIRE(point != points.end());
+  const StabilityResult result = measure(*point);
+  CHECK(result.verdict.fault == LoopFault::none);
+  CHECK(result.verdict.rest.tail_m() < 1e-4);
+}
+
 TEST_CASE("The plan of several hands has every point once, and all within what is swept") {
   const std::vector<StabilityPoint> points = hands_points({{Scheme::port, Scheme::hyper}, 120, false, 1});
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -32,7 +32,7 @@ TEST_CASE("A hand that swings within the horizon is expected to come back to its
   const Vec3 centre(0.1, 0, -0.2);
   CAPTURE(hz);
   Predictability hand;
-  CHECK(hand.back().norm() == 0);
+  CHECK(hand.back(centre).norm() == 0);
   for (int k = 0; k < 600; ++k) hand.add(centre + on_circle(2 * M_PI * hz, 0.01 * k), 0.15);
   const double share = share_on_circle(2 * M_PI * hz, 0.15);
   // The low-passed circle is a circle, smaller by the filter's gain and later by its phase.
@@ -41,9 +41,9 @@ TEST_CASE("A hand that swings within the horizon is expected to come back to its
   const Vec3 here = on_circle(2 * M_PI * hz, 5.99);
   const std::complex<double> mean = gain * std::complex<double>(here.x(), here.y());
   const Vec3 back = std::max(0.0, 1 - 1.5 * share) * (Vec3(mean.real(), mean.imag(), 0) - here);
-  CHECK((hand.back() - back).norm() < 1e-6 * kRadiusM);
-  if (hz < 1) CHECK(hand.back().norm() == 0);
-  if (hz * 0.15 > 0.5) CHECK(hand.back().norm() > 0.8 * kRadiusM);
+  CHECK((hand.back(centre + here) - back).norm() < 1e-6 * kRadiusM);
+  if (hz < 1) CHECK(hand.back(centre + here).norm() == 0);
+  if (hz * 0.15 > 0.5) CHECK(hand.back(centre + here).norm() > 0.8 * kRadiusM);
 }
 
 TEST_CASE("Predictability forgets how the hand moved before") {
