@@ -43,7 +43,7 @@ ToolAt predicted_to_go_on(std::span<const Vec3> past, double after_s) {
 
 std::vector<CeilingForce> ceiling_forces(const Scene& scene, std::span<const ToolPath> paths,
                                          std::span<const std::vector<int>> stamp_ms, const PathPrediction& prediction,
-                                         const std::function<void(double)>& progress) {
+                                         const std::function<void(double)>& progress, std::span<const std::uint8_t> held) {
   assert(paths.size() == stamp_ms.size() && !paths.empty() && !paths[0].empty());
   const std::size_t ticks = paths[0].size(), n = paths.size();
   std::vector<CeilingForce> result(n);
@@ -53,7 +53,7 @@ std::vector<CeilingForce> ceiling_forces(const Scene& scene, std::span<const Too
   std::vector<std::optional<Vec3>> at_end(n);  // force of each hand's previous branch at the tick in which the new one takes over
   std::vector<Vec3> tools;
   for (const ToolPath& path : paths) tools.push_back(path[0]);
-  ReferenceModel body(scene, tools), branch(scene, tools);
+  ReferenceModel body(scene, tools, held), branch(scene, tools, held);
   /// Plays a patch made `now` for hand `a` during `use`.
   const auto play = [&](std::size_t a, std::size_t now, const Played& use) {
     branch.continue_from(body);

@@ -29,9 +29,10 @@ struct CeilingForce {
 };
 
 /// Bound for each path. `stamp_ms[a][i]` is the stamp of the patch that hand a played at i ms, in ms into the paths, ascending;
-/// below 0: no patch, no force. Throws what reference_forces() throws.
+/// below 0: no patch, no force. `held`: as of ReferenceModel. Throws what reference_forces() throws.
 std::vector<CeilingForce> ceiling_forces(const Scene& scene, std::span<const ToolPath> paths,
                                          std::span<const std::vector<int>> stamp_ms, const PathPrediction& prediction,
-                                         const std::function<void(double)>& progress = {});
+                                         const std::function<void(double)>& progress = {},
+                                         std::span<const std::uint8_t> held = {});
 
 }  // namespace palpate

@@ -42,8 +42,8 @@ ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const T
 
 namespace {
 
-/// The scene's rigid parts, as the client meets them.
-std::optional<PartWalls> walls_of(const Scene& scene) {
+/// The scene's rigid parts, as the client meets them with a tool.
+std::optional<PartWalls> walls_of(const Scene& scene, const ToolSpec& tool) {
   if (scene.body.parts.empty()) return std::nullopt;
   std::vector<TriangleMesh> meshes;
   std::vector<double> friction;
@@ -51,7 +51,7 @@ std::optional<PartWalls> walls_of(const Scene& scene) {
     meshes.push_back({part->vertices, part->triangles});
     friction.push_back(part->friction);
   }
-  return PartWalls(meshes, friction, drawn_shape(scene.tool), scene.tool.contact_stiffness_n_m);
+  return PartWalls(meshes, friction, drawn_shape(tool), tool.contact_stiffness_n_m);
 }
 
 }  // namespace
@@ -59,7 +59,7 @@ std::optional<PartWalls> walls_of(const Scene& scene) {
 struct ReferenceModel::State {
   explicit State(const Scene& s)
       : scene(s),
-        skin(scene.body, scene.tool.radius_m),
+        skin(scene.body, scene.contact_radii()),
         tissue(scene.tool.needle ? std::make_unique<NeedleTissue>(scene, skin) : nullptr),
         dynamics(std::in_place, scene.body),
         integrator(std::in_place, *dynamics, skin, exact_options(scene.body)),
@@ -71,22 +71,20 @@ struct ReferenceModel::State {
   ToolAt tool_at(const ToolPort& port, double t_s) const {
     return moved_by(tracks[port.tool].turning(from_seconds(t_s)).centre_of(port.sphere), grasps[port.tool], from_seconds(t_s));
   }
+  const ToolSpec& spec_of(std::size_t k) const { return scene.tool_of(held[k]); }
   /// Couples a tool: it grasps its node, or may touch.
   void take_up(std::size_t k, Micros now) {
-    if (scene.tool.contact == ContactKind::attach) {
-      const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(scene.tool.node)) - tracks[k].at(now).position;
+    const ToolSpec& spec = spec_of(k);
+    if (spec.contact == ContactKind::attach) {
+      const Vec3 offset = body.x.segment<3>(3 * static_cast<Eigen::Index>(spec.node)) - tracks[k].at(now).position;
       if (fade[k] && offset.norm() > kGraspReachM) return;
       grasps[k] = {now, kGraspTime, offset};
     }
-    ToolPort port;
-    port.kind = scene.tool.contact;
-    port.node = scene.tool.node;
-    port.parameters = {scene.tool.contact_stiffness_n_m, scene.tool.friction};
-    port.tool = static_cast<std::uint32_t>(k);
+    const ToolPort port = port_of(scene, held[k], static_cast<std::uint32_t>(k));
     const std::optional<std::uint32_t> thread =
-        scene.tool.holds.empty() || k != 0 ? std::nullopt : dynamics->sutures().end_of(body, scene.tool.holds.front());
+        spec.holds.empty() || k != 0 ? std::nullopt : dynamics->sutures().end_of(body, spec.holds.front());
     const std::vector<ToolPort> parts =
-        thread ? std::vector{suture_port(body, *thread, port)} : parts_of(scene.tool.shape, tissue.get(), port);
+        thread ? std::vector{suture_port(body, *thread, port)} : parts_of(spec, tissue.get(), port);
     ports.insert(ports.end(), parts.begin(), parts.end());
     fade[k].reset();
   }
@@ -103,25 +101,30 @@ struct ReferenceModel::State {
   std::optional<Dynamics> dynamics;
   std::optional<Integrator> integrator;
   BodyState body, rest;
+  std::vector<std::uint8_t> held;  // number of each tool in the scene
   std::vector<ToolTrack> tracks;
   std::vector<FadingVector> grasps;
   std::vector<std::optional<ReleaseFade>> fade;
   std::vector<ToolPort> ports;
   std::optional<LiveCuts> cuts;
-  std::optional<PartWalls> walls;
+  std::vector<PartWalls> walls;  // for each tool; none without parts
   std::vector<WallTouches> wall_touches;
   std::vector<Wrench> of_walls;  // on each tool
   std::int64_t ticks = 0;
 };
 
-ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools) : state_(std::make_unique<State>(scene)) {
+ReferenceModel::ReferenceModel(const Scene& scene, std::span<const Vec3> tools, std::span<const std::uint8_t> held)
+    : state_(std::make_unique<State>(scene)) {
   State& s = *state_;
   const bool settle = std::any_of(tools.begin(), tools.end(), [&](const Vec3& at) { return needs_settling(scene, at); });
   const Micros begin = settle ? -kSettle : Micros{};
   s.tracks.resize(tools.size());
   s.grasps.resize(tools.size());
   s.fade.resize(tools.size());
-  s.walls = walls_of(scene);
+  s.held.assign(held.begin(), held.end());
+  s.held.resize(tools.size());
+  for (std::size_t k = 0; k < tools.size(); ++k)
+    if (auto walls = walls_of(scene, s.spec_of(k))) s.walls.push_back(std::move(*walls));
   s.wall_touches.resize(tools.size());
   s.of_walls.resize(tools.size());
   for (std::size_t k = 0; k < tools.size(); ++k) {
@@ -142,14 +145,14 @@ void ReferenceModel::tick(std::span<const Vec3> tools, std::span<const Rotation>
     s.tracks[k].forget_before(now - Micros{10'000});
   }
   for (std::size_t k = 0; k < tools.size(); ++k)
-    if (s.fade[k] && s.fade[k]->over(now, s.scene.tool, s.skin, s.body.x, s.tracks[k].turning(now))) s.take_up(k, now);
+    if (s.fade[k] && s.fade[k]->over(now, s.scene, s.held[k], s.skin, s.body.x, s.tracks[k].turning(now))) s.take_up(k, now);
   const auto motion = [&](std::size_t port, double t_s) { return s.tool_at(s.ports[port], t_s); };
   if (!s.integrator->advance(s.body, s.ports, 1e-3 * static_cast<double>(s.ticks), motion).converged)
     throw std::runtime_error("the reference did not converge " + std::to_string(s.ticks) + " ms into the motion");
-  for (std::size_t k = 0; s.walls && k < tools.size(); ++k) {
+  for (std::size_t k = 0; k < s.walls.size(); ++k) {
     const ToolPose pose(tools[k], turns.empty() ? Rotation(Rotation::Identity()) : Rotation(turns[k]),
                         openings.empty() ? 0 : openings[k]);
-    s.of_walls[k] = s.walls->push(pose, s.walls->stiffness_n_m(), s.wall_touches[k]);
+    s.of_walls[k] = s.walls[k].push(pose, s.walls[k].stiffness_n_m(), s.wall_touches[k]);
   }
   if (s.cuts && s.cuts->cut_on()) s.integrator.emplace(*s.dynamics, s.skin, exact_options(s.scene.body));
   ++s.ticks;
@@ -199,7 +202,7 @@ Vec3 ReferenceModel::force(std::size_t tool) const {
 Vec3 ReferenceModel::torque(std::size_t tool) const {
   const State& s = *state_;
   Vec3 torque = s.of_walls[tool].torque;
-  if (!s.scene.tool.has_body()) return torque;
+  if (!s.spec_of(tool).has_body()) return torque;
   if (s.fade[tool]) return torque + s.fade[tool]->torque.at(Micros{1000 * (s.ticks - 1)});
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
@@ -211,7 +214,7 @@ Vec3 ReferenceModel::torque(std::size_t tool) const {
 double ReferenceModel::grip(std::size_t tool) const {
   const State& s = *state_;
   double grip = 0;
-  if (!has_jaws(s.scene.tool.shape) || s.fade[tool]) return grip;
+  if (!has_jaws(s.spec_of(tool).shape) || s.fade[tool]) return grip;
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
   s.for_contacts(tool, [&](const ToolPort& port) {
@@ -229,7 +232,7 @@ NeedleTip ReferenceModel::tip(std::size_t tool) const {
 
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths, std::span<const Micros> resets,
                                              const std::function<void(double)>& progress, std::span<const ToolTurns> turns,
-                                             std::span<const ToolOpenings> openings) {
+                                             std::span<const ToolOpenings> openings, std::span<const std::uint8_t> held_tools) {
   std::vector<ReferenceForce> result(paths.size());
   if (paths.empty() || paths[0].empty()) return result;
   std::vector<Vec3> tools(paths.size());
@@ -241,7 +244,7 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
     for (std::size_t k = 0; k < openings.size(); ++k) opened[k] = openings[k][i];
   };
   place(0);
-  ReferenceModel model(scene, tools);
+  ReferenceModel model(scene, tools, held_tools);
   for (std::size_t i = 0; i < paths[0].size(); ++i) {
     place(i);
     for (; !resets.empty() && resets.front() <= Micros{1000 * static_cast<std::int64_t>(i)}; resets = resets.subspan(1))
@@ -250,9 +253,10 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
     for (std::size_t k = 0; k < paths.size(); ++k) {
       result[k].force.push_back(model.force(k));
       result[k].contact.push_back(model.contact(k));
-      if (scene.tool.has_body()) result[k].torque.push_back(model.torque(k));
-      if (scene.tool.needle) result[k].tip.push_back(model.tip(k));
-      if (has_jaws(scene.tool.shape)) result[k].grip.push_back(model.grip(k));
+      const ToolSpec& spec = scene.tool_of(held_tools.empty() ? 0 : held_tools[k]);
+      if (spec.has_body()) result[k].torque.push_back(model.torque(k));
+      if (spec.needle) result[k].tip.push_back(model.tip(k));
+      if (has_jaws(spec.shape)) result[k].grip.push_back(model.grip(k));
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }

@@ -20,8 +20,9 @@ inline constexpr std::size_t kFineNodes = 600;
 /// The model, one millisecond at a time, for a tool whose path depends on the force.
 class ReferenceModel {
  public:
-  /// Tools begin at `tools`, one per station. Throws what settled_state() throws.
-  ReferenceModel(const Scene& scene, std::span<const Vec3> tools);
+  /// Tools begin at `tools`, one per station; `held`: their numbers in the scene (Scene::tool_of()), empty: all are the first.
+  /// Throws what settled_state() throws.
+  ReferenceModel(const Scene& scene, std::span<const Vec3> tools, std::span<const std::uint8_t> held = {});
   ~ReferenceModel();
   /// Advances to `tools`, held as `turns` (empty: upright) and opened by `openings` (empty: closed): to 0 ms at the first call, 1
   /// ms at the second, ... Throws std::runtime_error if the model cannot be stepped.
@@ -60,11 +61,12 @@ ReferenceForce reference_force(const Scene& scene, const ToolPath& path, const T
                                const ToolOpenings& openings = {});
 /// Forces on several tools on one body, in the order of `paths` (and of `turns` and `openings`, if given), which are equally
 /// long. `attach` has one node, so one tool. The body is reset at `resets`, ascending times into the paths. `progress` is called
-/// every tick with the share of the paths that is done.
+/// every tick with the share of the paths that is done. `held`: as of ReferenceModel.
 std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const ToolPath> paths,
                                              std::span<const Micros> resets = {},
                                              const std::function<void(double)>& progress = {},
-                                             std::span<const ToolTurns> turns = {}, std::span<const ToolOpenings> openings = {});
+                                             std::span<const ToolTurns> turns = {}, std::span<const ToolOpenings> openings = {},
+                                             std::span<const std::uint8_t> held = {});
 
 /// Returns true if coupling the tool at `start` disturbs the body (it hangs in gravity, or the grasp begins off the node). Both
 /// the server and the reference then get kSettle before the motion begins.

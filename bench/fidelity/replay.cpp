@@ -30,8 +30,10 @@ WorldStation& add_station(World& world, const Scene& scene, const Motion& motion
   client.hello.station = station_name(k);
   client.hello.scheme = options.scheme;
   client.hello.order = static_cast<std::uint16_t>(options.order);
+  const ToolSpec& tool = scene.tool_of(options.held.empty() ? 0 : options.held.at(k));
+  client.hello.tool = tool.name;
   client.guard.passivity = options.passivity;
-  client.guard.renders_torque = scene.tool.has_body() && !options.simulated_device;
+  client.guard.renders_torque = tool.has_body() && !options.simulated_device;
   auto device = make_device(motion, options);
   if (options.simulated_device) {
     client.guard.force_max_n = device->caps().force_max_n;
@@ -355,7 +357,7 @@ std::vector<ReplayResult> replay_together(const Scene& scene, std::span<const Mo
       options.references.size() == n && !options.simulated_device && options.references[0].force.size() == paths[0].size();
   const std::vector<ReferenceForce> references =
       known ? std::vector<ReferenceForce>(options.references.begin(), options.references.end())
-            : reference_forces(scene, paths, options.resets, full_model_progress, turns, openings);
+            : reference_forces(scene, paths, options.resets, full_model_progress, turns, openings, options.held);
   for (std::size_t k = 0; k < n; ++k) {
     if (options.low_pass_hz > 0) low_pass(options.low_pass_hz, results[k].ticks);
     if (options.jacobian) couple(*options.jacobian, results[k].ticks);

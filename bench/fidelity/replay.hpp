@@ -42,7 +42,8 @@ struct ReplayOptions {
   /// If given, replaces `compute`: costs of a frame, of which the server knows those of a whole core before the first frame, and
   /// gets `core_share` of one.
   std::optional<FrameCost> cost = {};
-  bool simulated_device = false;  ///< true: a Phantom in a hand that follows the motion; false: the motion itself
+  std::vector<std::uint8_t> held = {};  ///< number of each station's tool in the scene (Scene::tool_of()); empty: the first
+  bool simulated_device = false;        ///< true: a Phantom in a hand that follows the motion; false: the motion itself
   /// Those of the same paths, one per station, if they are known: runs without a simulated device share them.
   std::span<const ReferenceForce> references = {};
   PassivityMode passivity = PassivityMode::off;

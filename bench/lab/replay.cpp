@@ -11,6 +11,7 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
+#include "bench/lab/tools_held.hpp"
 #include "bench/measure/surface_gesture.hpp"
 #include "bench/output/fidelity_json.hpp"
 #include "bench/output/output.hpp"
@@ -23,6 +24,7 @@
 #include "common/command_line/mesh_folders.hpp"
 #include "common/io/mapped_file.hpp"
 #include "server/body/unload.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -31,7 +33,7 @@ constexpr double kMostSeconds = 86'400;
 
 struct ReplayFlags {
   std::string scene, gesture, recording, station, scheme, device = "none", out;
-  std::vector<std::string> motions;  // of each hand; the first is reported
+  std::vector<std::string> motions, tools;  // of each hand; the first is reported
   MeshFolders mesh_folders;
   PassivityMode passivity = PassivityMode::off;
   int order = 0;
@@ -113,6 +115,7 @@ struct Given {
   std::vector<Motion> motions;
   std::vector<std::uint8_t> present = {};  ///< by tick: 1 while the hand was present; empty: always
   std::vector<Micros> resets = {};         ///< resets of the body
+  std::vector<std::uint8_t> held = {};     ///< number of each hand's tool in the scene
 };
 
 std::size_t hand_named(const Session& session, const std::string& name, const std::string& where) {
@@ -141,9 +144,12 @@ Given given_by_recording(const ReplayFlags& flags) {
   if (session.hands.size() > 1)
     fmt::print("station \"{}\", with the {} other{} on the body\n", session.hands[which].name, session.hands.size() - 1,
                session.hands.size() > 2 ? "s" : "");
-  return {flags.scene.empty() ? opened(read_scene(head.scene, head.scene_file, flags.mesh_folders), head.scene_file)
-                              : open_scene(flags.scene, flags.mesh_folders),
-          motions_of(session, which, where), presence_of(session, which), resets_of(session)};
+  Given given{flags.scene.empty() ? opened(read_scene(head.scene, head.scene_file, flags.mesh_folders), head.scene_file)
+                                  : open_scene(flags.scene, flags.mesh_folders),
+              motions_of(session, which, where), presence_of(session, which), resets_of(session)};
+  for (std::size_t k = 0; k < session.hands.size(); ++k)
+    given.held.push_back(tool_number(given.scene, session.hands[(which + k) % session.hands.size()].tool, where));
+  return given;
 }
 
 Given given_by(const ReplayFlags& flags) {
@@ -153,6 +159,8 @@ Given given_by(const ReplayFlags& flags) {
     return given_by_recording(flags);
   }
   if (!flags.station.empty()) throw InputError("--station", "without a recording", "--recording FILE");
+  if (!flags.tools.empty() && flags.motions.empty())
+    throw InputError("--tools", "without --motion", "it with the motions of hands; a recording has their tools");
   if (flags.from_s > 0 || flags.to_s < kMostSeconds)
     throw InputError(flags.from_s > 0 ? "--from-s" : "--to-s", "without a recording", "--recording FILE");
   if (!flags.motions.empty() && !flags.gesture.empty()) throw InputError("--gesture", "beside --motion", "one of the two");
@@ -165,6 +173,7 @@ Given given_by(const ReplayFlags& flags) {
     return {std::move(scene), {std::move(motion)}, {}};
   }
   Given given{open_scene(flags.scene, flags.mesh_folders), {}, {}};
+  given.held = tools_held(given.scene, flags.tools, flags.motions.size(), "--motion");
   for (const std::string& file : flags.motions) {
     given.motions.push_back(read_motion(file));
     if (!given.scene.tool.holds.empty() && given.motions.back().button_count() > 0)
@@ -207,7 +216,7 @@ void print_no_contact(const Scene& scene, const ReplayResult& result, const std:
 int run_replay(const ReplayFlags& flags) {
   check_once_each("--rtt-ms", flags.rtt_ms);
   if (flags.from_s >= flags.to_s) throw InputError("--from-s", "is not before --to-s", "a time before it");
-  const auto [scene, motions, present, resets] = given_by(flags);
+  const auto [scene, motions, present, resets, held] = given_by(flags);
   options_of(flags, scene, 0);  // refuses a scheme before anything is computed
   const auto out = make_output_folder(flags.out);
   if (scene.tool.contact == ContactKind::attach && needs_settling(scene, motions.front().position(0.0)))
@@ -223,6 +232,7 @@ int run_replay(const ReplayFlags& flags) {
     ReplayOptions options = options_of(flags, scene, rtt_ms);
     options.scored = present;
     options.resets = resets;
+    options.held = held;
     options.references = references;
     options.progress = show_progress();
     const std::vector<ReplayResult> results = replay_together(scene, motions, options, stopwatch_ns);
@@ -267,6 +277,7 @@ void add_replay(CLI::App& app, Run& run) {
   c->add_option("--motion", flags->motions,
                 "motion file (CSV t_s,x_m,y_m,z_m); give it again for each further hand on the body: the first is reported")
       ->type_name("FILE");
+  add_tools_held(*c, flags->tools, "with --motion: ");
   c->add_option("--gesture", flags->gesture, "use a motion made from the body's own surface")
       ->check(one_of(std::vector<std::string>(kSurfaceGestureNames.begin(), kSurfaceGestureNames.end())));
   c->add_option("--recording", flags->recording, "use the hands and the scene of a recorded session")->type_name("FILE");

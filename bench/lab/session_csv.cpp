@@ -115,9 +115,10 @@ class Exporter {
   void add(const RecordedEvent& e) {
     const std::string name =
         e.station == 0 && e.name.empty() && recording_.head().kind == RecordingKind::station ? name_of(0) : e.name;
-    tables_.row("events.csv", "t_s,event,station,scheme,text", "{:.6f},{},\"{}\",{},\"{}\"", t_s(e.t), palpate::name_of(e.kind),
-                in_table(name), e.kind == RecordedEventKind::joined && e.station != 0 ? palpate::name_of(e.scheme) : "",
-                in_table(e.text));
+    tables_.row("events.csv", "t_s,event,station,scheme,text,tool", "{:.6f},{},\"{}\",{},\"{}\",\"{}\"", t_s(e.t),
+                palpate::name_of(e.kind), in_table(name),
+                e.kind == RecordedEventKind::joined && e.station != 0 ? palpate::name_of(e.scheme) : "", in_table(e.text),
+                in_table(e.tool.name));
   }
   void add(const RecordedFrame& f) {
     tables_.row("frames.csv", "t_s,took_ms,behind_ms,steps,cut_steps,newton_iterations,skipped,failed",

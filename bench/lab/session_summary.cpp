@@ -191,6 +191,7 @@ int run_summary(const SessionSummaryFlags& flags) {
     write_path(folder / "path.csv", hand);
     plot(folder, hand, flags.over_n);
     summary["stations"][hand.name] = figures_of(m);
+    if (!hand.tool.empty()) summary["stations"][hand.name]["tool"] = hand.tool;
     page["hands"].push_back(row_of(hand, m, folder));
     fmt::print("{}: {:.1f} s in contact, {:.2f} N {}, {:.2f} N mean, {:.1f} s over {:g} N, path {:.2f} m, smoothness {:.2f}\n",
                hand.name, m.contact_s, m.force_peak_n, sampled ? "peak of the server's frames" : "peak felt", m.force_mean_n,

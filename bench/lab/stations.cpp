@@ -11,6 +11,7 @@
 #include "bench/lab/experiments.hpp"
 #include "bench/lab/flags.hpp"
 #include "bench/lab/link_flags.hpp"
+#include "bench/lab/tools_held.hpp"
 #include "bench/measure/tools_apart.hpp"
 #include "bench/output/output.hpp"
 #include "bench/output/plot.hpp"
@@ -25,6 +26,7 @@ namespace {
 struct StationsFlags {
   std::string scene, scheme = "hyper", device = "none", out;
   MeshFolders mesh_folders;
+  std::vector<std::string> tools;
   int stations = 2, order = 0;
   double apart_mm = 20, slide_mm = 0, duration_s = 4;
   bool no_ceiling = false;
@@ -50,7 +52,7 @@ struct Ceiling {
   double step_max_n = 0;  ///< with that of the patches, predicted_to_go_on
 };
 
-std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult>& results,
+std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult>& results, std::span<const std::uint8_t> held,
                               const std::function<void(const char*, double)>& progress) {
   std::vector<ToolPath> paths;
   std::vector<std::vector<int>> stamp_ms;
@@ -65,9 +67,10 @@ std::vector<Ceiling> ceilings(const Scene& scene, const std::vector<ReplayResult
   }
   std::vector<Ceiling> best(results.size(), {-kSnrCeilingDb, 0});
   for (PathPrediction prediction : {predicted_to_rest, predicted_to_go_on}) {  // the patches' last
-    const auto forces = ceiling_forces(scene, paths, stamp_ms, prediction, [&](double share) {
+    const auto shown = [&](double share) {
       if (progress) progress("the full model instead of patches", share);
-    });
+    };
+    const auto forces = ceiling_forces(scene, paths, stamp_ms, prediction, shown, held);
     for (std::size_t k = 0; k < results.size(); ++k) {
       std::vector<Vec3> reference;
       for (const ReplayTick& tick : results[k].ticks) reference.push_back(tick.reference);
@@ -103,12 +106,13 @@ int run_stations(const StationsFlags& flags) {
     throw InputError(flags.scene, "has tools that attach to one node", "a scene with \"contact\": \"touch\"");
   const std::vector<Motion> motions =
       tools_apart(scene, flags.stations, flags.apart_mm * 1e-3, flags.duration_s, flags.slide_mm * 1e-3);
+  options.held = tools_held(scene, flags.tools, motions.size(), "--stations");
   const auto out = make_output_folder(flags.out);
   const std::vector<ReplayResult> results = replay_together(scene, motions, options, processor_ns);
   write_forces(out / "forces.csv", results);
   Json summary;
   const std::vector<Ceiling> most =
-      !flags.no_ceiling && results.size() > 1 ? ceilings(scene, results, options.progress) : std::vector<Ceiling>{};
+      !flags.no_ceiling && results.size() > 1 ? ceilings(scene, results, options.held, options.progress) : std::vector<Ceiling>{};
   fmt::print("{:<9} {:>9} {:>13} {:>14} {:>14} {:>9} {:>17} {:>9} {:>10}\n", "station", "SNR [dB]", "ceiling [dB]",
              "rms error [%]", "p95 error [%]", "step [N]", "ceiling step [N]", "felt [N]", "patch [B]");
   for (std::size_t k = 0; k < results.size(); ++k) {
@@ -156,6 +160,7 @@ void add_stations(CLI::App& app, Run& run) {
   c->add_option("--stations", flags->stations, "number of hands on the body")
       ->check(number_from(1, kMaxStations))
       ->capture_default_str();
+  add_tools_held(*c, flags->tools);
   c->add_option("--apart-mm", flags->apart_mm, "distance between neighbours")
       ->check(number_from<double>(0, 1000))
       ->capture_default_str();

@@ -2,6 +2,7 @@
 
 #include "bench/output/output.hpp"
 #include "common/base/error.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -34,6 +35,7 @@ CleanLinkRun::CleanLinkRun(const Scene& scene, const ClientReport& report, doubl
   ReplayOptions options;
   options.scheme = scheme_of(report);
   options.order = report.order;
+  options.held = {tool_number(scene, report.tool, "the report")};
   options.link.latency = from_seconds(rtt_ms * 0.5e-3);
   if (report.rate_hz > 0) options.rate_hz = report.rate_hz;
   clean_ = {report.scheme, rtt_ms, {}};

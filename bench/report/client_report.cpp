@@ -34,6 +34,7 @@ void read_summary(const std::filesystem::path& file, ClientReport& report) {
   report.scene = scene.value("name", "");
   report.mesh = scene.value("mesh", "");
   report.scene_hash = scene.value("hash", "");
+  report.tool = run.value("tool", "");
   report.order = run.value("order", 0);
   report.rate_hz = run.value("rate_hz", 0.0);
 }

@@ -23,6 +23,7 @@ struct ClientReport {
   bool chosen_by_server = false;
   std::string scene, mesh;                ///< name and surface of the body as reported by the server; empty if unknown
   std::string scene_hash;                 ///< RoomInfo::scene_hash as reported by the server; empty if unknown
+  std::string tool;                       ///< name of the tool that the hand held; empty: the scene's first
   int order = 0;                          ///< requested states of a patch, 0: the server's default
   double rate_hz = 0;                     ///< the server's frames per second; 0 if summary.json does not contain it
   std::vector<Vec3> positions;            ///< positions of the tool, one per millisecond from the start of the motion [m]

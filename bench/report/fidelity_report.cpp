@@ -19,6 +19,7 @@
 #include "common/command_line/mesh_folders.hpp"
 #include "server/body/unload.hpp"
 #include "server/core/room_info.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -167,7 +168,9 @@ int run_fidelity(const FidelityFlags& flags) {
   const auto openings =
       report.openings.empty() ? std::span<const ToolOpenings>() : std::span<const ToolOpenings>(&report.openings, 1);
   const auto shown = [&](double share) { progress("the full model at 1 kHz", share); };
-  const ReferenceForce reference = reference_forces(scene, std::span(&report.positions, 1), {}, shown, turns, openings).front();
+  const std::uint8_t held = tool_number(scene, report.tool, "--report " + flags.report);
+  const ReferenceForce reference =
+      reference_forces(scene, std::span(&report.positions, 1), {}, shown, turns, openings, std::span(&held, 1)).front();
   write_forces(out / "fidelity.csv", report, reference);
   const std::vector<FidelityRow> rows = rows_of(report, reference);
   if (rows.front().fidelity.contact_ticks == 0) {

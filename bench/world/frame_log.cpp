@@ -9,7 +9,8 @@ void add(Hash& hash, Micros t) { hash.add(static_cast<std::uint64_t>(t.count()))
 
 void add(Hash& hash, const StationJob& job) {
   // Structured binding, so that a new member does not compile until it is added here.
-  const auto& [id, scheme, order, shadow_of, horizon, samples, silence, deadband, playing, wants_patch, needle, presses] = job;
+  const auto& [id, scheme, order, shadow_of, horizon, samples, silence, deadband, playing, wants_patch, needle, presses, held] =
+      job;
   hash.add(id);
   hash.add(static_cast<std::uint64_t>(scheme));
   hash.add(static_cast<std::uint64_t>(order));
@@ -26,6 +27,7 @@ void add(Hash& hash, const StationJob& job) {
   add(hash, playing.value_or(Micros{}));
   hash.add(wants_patch ? 1u : 0u);
   if (presses > 0) hash.add(presses);
+  if (held > 0) hash.add(held);
   if (!needle) return;
   for (const Vec3& x : needle->rest) hash.add(x);
   hash.add(needle->edge);

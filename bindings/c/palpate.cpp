@@ -217,9 +217,11 @@ int palpate_body_step(palpate_body* body, const palpate_step_options* options, s
     if (ticks > kMaxStepTicks) throw InputError("ticks", "is " + std::to_string(ticks), "1 to " + std::to_string(kMaxStepTicks));
     std::vector<ToolSample> samples;
     for (std::size_t k = 0; k < tools * ticks; ++k) samples.push_back(sample_of((&needed(poses, "poses"))[k]));
+    const char* const* const held = options ? read(*options).held : nullptr;
     std::vector<LocalTool> paths;
     for (std::size_t k = 0; k < tools; ++k)
-      paths.push_back({(&needed(ids, "ids"))[k], std::span(samples).subspan(k * ticks, ticks)});
+      paths.push_back(
+          {(&needed(ids, "ids"))[k], std::span(samples).subspan(k * ticks, ticks), held ? text_or(held[k], "") : std::string()});
     palpate_body& moved = needed(body, "body");
     moved.frame = moved.room.step(paths, step);
   });
@@ -285,7 +287,7 @@ int palpate_client_join(const palpate_client_options* options, palpate_client** 
     palpate_client*& made = needed(client, "client");
     made = new palpate_client{LiveStation({&needed(o.server, "server"), text_or(o.station, usual.station),
                                            text_or(o.room, usual.room), text_or(o.scheme, usual.scheme), text_or(o.key_file, ""),
-                                           text_or(o.token_file, ""), o.force_max_n, o.slew_max_n_s})};
+                                           text_or(o.token_file, ""), o.force_max_n, o.slew_max_n_s, text_or(o.tool, "")})};
   });
 }
 void palpate_client_free(palpate_client* client) { delete client; }

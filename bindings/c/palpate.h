@@ -67,11 +67,12 @@ typedef struct palpate_body palpate_body;
 
 typedef struct palpate_step_options {
   uint32_t size;
-  int32_t no_patches; /* not 0: make no patches */
-  const char* scheme; /* hold, tangent, ring, port or hyper; null: hyper */
-  int32_t order;      /* states of a patch; 0: as the scheme has them */
-  int32_t no_shape;   /* not 0: palpate_body_shape() has nothing */
-  double horizon_s;   /* age up to which a patch predicts the hand; 0: 0.1 s */
+  int32_t no_patches;      /* not 0: make no patches */
+  const char* scheme;      /* hold, tangent, ring, port or hyper; null: hyper */
+  int32_t order;           /* states of a patch; 0: as the scheme has them */
+  int32_t no_shape;        /* not 0: palpate_body_shape() has nothing */
+  double horizon_s;        /* age up to which a patch predicts the hand; 0: 0.1 s */
+  const char* const* held; /* names of the scene's tools that those of the step are, as many as they; null: all are the first */
 } palpate_step_options;
 
 typedef struct palpate_tool {
@@ -143,6 +144,7 @@ typedef struct palpate_client_options {
   const char* token_file; /* null: none */
   double force_max_n;     /* 0: not limited */
   double slew_max_n_s;    /* 0: not limited */
+  const char* tool;       /* name of the tool that it holds, of a scene with several; null: the first */
 } palpate_client_options;
 
 /* Begins to join; a thread of the library keeps the session. */

@@ -18,6 +18,7 @@ ClientOptions client_options(const LiveOptions& options) {
   client.hello.station = options.station;
   client.hello.alike = true;
   client.hello.room = options.room;
+  client.hello.tool = options.tool;
   client.hello.scheme = scheme_asked(options.scheme);
   client.guard.force_max_n = options.force_max_n;
   client.guard.slew_max_n_s = options.slew_max_n_s;

@@ -29,6 +29,7 @@ struct LiveOptions {
   std::string scheme = "auto";
   std::string key_file = {}, token_file = {};  ///< empty: none
   double force_max_n = 0, slew_max_n_s = 0;    ///< limits of the guard, 0 = not limited
+  std::string tool = {};                       ///< name of the scene's tool that it holds; empty: the first
 };
 
 class LiveStation {

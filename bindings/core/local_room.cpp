@@ -8,6 +8,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/tool_pose.hpp"
+#include "server/scene/tools.hpp"
 
 namespace palpate {
 namespace {
@@ -58,7 +59,12 @@ SchemeAsked scheme_asked(const std::string& name, const std::string& where) {
                    "one of " + std::string(kAutoName) + ", " + names_of_schemes());
 }
 
-LocalRoom::LocalRoom(const Scene& scene) : room_(scene), contact_(scene.tool.contact) { room_.start(now_); }
+LocalRoom::LocalRoom(const Scene& scene) : room_(scene) {
+  kinds_.name = scene.name;
+  kinds_.tool = scene.tool;
+  kinds_.tools = scene.tools;
+  room_.start(now_);
+}
 
 void LocalRoom::renew() {
   room_ = room_.at_rest();
@@ -70,7 +76,7 @@ void LocalRoom::renew() {
 
 FrameResult LocalRoom::step(std::span<const LocalTool> tools, const LocalStep& options) {
   if (tools.empty()) throw InputError("tools", "are none", "at least one, or a step without tools");
-  if (contact_ == ContactKind::attach && tools.size() > 1)
+  if (kinds_.tool.contact == ContactKind::attach && tools.size() > 1)
     throw InputError("tools", "are " + std::to_string(tools.size()), "one, as the scene lets a tool grasp its one node");
   FrameJob job;
   const std::size_t ticks = tools.front().path.size();
@@ -84,7 +90,8 @@ FrameResult LocalRoom::step(std::span<const LocalTool> tools, const LocalStep& o
                        .order = options.order,
                        .horizon = options.horizon,
                        .samples = {},
-                       .wants_patch = options.patches};
+                       .wants_patch = options.patches,
+                       .held = tool_number(kinds_, tool.held, "tool " + std::to_string(tool.id))};
     const auto add = [&](Micros t, const ToolSample& pose) { station.samples.push_back(pose), station.samples.back().t = t; };
     if (!tools_.contains(tool.id)) add(now_, tool.path.front());
     for (std::size_t k = 0; k < ticks; ++k) add(now_ + static_cast<std::int64_t>(k + 1) * kTick, tool.path[k]);

@@ -35,6 +35,7 @@ void check_pose(const ToolSample& pose, const std::string& where);
 struct LocalTool {
   StationId id = 1;
   std::span<const ToolSample> path;  ///< poses at now + 1 ms, now + 2 ms, ...; their own times are not read
+  std::string held = {};             ///< name of the scene's tool that it is from its first step on; empty: the first
 };
 
 struct LocalStep {
@@ -53,7 +54,8 @@ class LocalRoom {
   /// Time of the body [us].
   Micros now() const { return now_; }
   /// Moves the tools, whose paths are equally long, and the body. The ids are at least 1 and differ. Throws InputError for paths
-  /// of other lengths or none, for what check_pose() refuses, and for a second tool in a grasp.
+  /// of other lengths or none, for what check_pose() refuses, for a tool that the scene does not have, and for a second one in a
+  /// grasp.
   FrameResult step(std::span<const LocalTool> tools, const LocalStep& options);
   /// Lets the body move without tools for `ticks` ms.
   FrameResult step_alone(std::size_t ticks, const LocalStep& options);
@@ -68,7 +70,7 @@ class LocalRoom {
   FrameResult run(FrameJob job);
 
   Room room_;
-  ContactKind contact_;
+  Scene kinds_;  ///< its tools, without a body
   Micros now_{};
   bool reset_ = false;
   std::set<StationId> tools_;  ///< the tools of the last step

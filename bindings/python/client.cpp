@@ -71,19 +71,24 @@ void add_client(py::module_& module) {
   py::class_<LiveStation>(
       module, "Client",
       "A station at a server whose hand is this program.\n\n"
-      "Client(server, station=\"hand\", room=\"\", scheme=\"auto\", key=\"\", token=\"\", force_max_n=0, slew_max_n_s=0): server "
+      "Client(server, station=\"hand\", room=\"\", scheme=\"auto\", key=\"\", token=\"\", force_max_n=0, slew_max_n_s=0, "
+      "tool=\"\"):\n"
+      "server "
       "is\n"
       "HOST:PORT; key and token are files. A thread keeps the session; tick() and follow() are the haptic loop, for one\n"
-      "thread at a time. Raises InputError for an address, scheme or key that cannot be read.")
+      "thread at a time. tool: name of the tool that it holds, of a scene with several. Raises InputError for an address, scheme "
+      "or\n"
+      "key that cannot be read.")
       .def(py::init([](const std::string& server, const std::string& station, const std::string& room, const std::string& scheme,
-                       const std::string& key, const std::string& token, double force_max_n, double slew_max_n_s) {
+                       const std::string& key, const std::string& token, double force_max_n, double slew_max_n_s,
+                       const std::string& tool) {
              const py::gil_scoped_release others_run;
              return std::make_unique<LiveStation>(
-                 LiveOptions{server, station, room, scheme, key, token, force_max_n, slew_max_n_s});
+                 LiveOptions{server, station, room, scheme, key, token, force_max_n, slew_max_n_s, tool});
            }),
            py::arg("server"), py::arg("station") = usual.station, py::kw_only(), py::arg("room") = usual.room,
            py::arg("scheme") = usual.scheme, py::arg("key") = usual.key_file, py::arg("token") = usual.token_file,
-           py::arg("force_max_n") = usual.force_max_n, py::arg("slew_max_n_s") = usual.slew_max_n_s)
+           py::arg("force_max_n") = usual.force_max_n, py::arg("slew_max_n_s") = usual.slew_max_n_s, py::arg("tool") = usual.tool)
       .def(
           "wait",
           [](const LiveStation& station, double most_s) {

@@ -1,6 +1,10 @@
 // Room: a body and the tools on it in this process (bindings/core/local_room.hpp).
 #include "bindings/core/local_room.hpp"
 
+#include <pybind11/stl.h>
+
+#include <map>
+
 #include "bindings/python/arrays.hpp"
 #include "bindings/python/frames.hpp"
 #include "bindings/python/module.hpp"
@@ -41,11 +45,11 @@ LocalStep options_of(bool patches, const std::string& scheme, int order, double 
 }
 
 Frame step(LocalRoom& room, const py::object& given, bool patches, const std::string& scheme, int order, double horizon_s,
-           bool shape) {
+           bool shape, const std::map<StationId, std::string>& held) {
   const LocalStep options = options_of(patches, scheme, order, horizon_s, shape);
   const Paths paths = paths_of(given);
   std::vector<LocalTool> tools;
-  for (const auto& [id, path] : paths) tools.push_back({id, path});
+  for (const auto& [id, path] : paths) tools.push_back({id, path, held.contains(id) ? held.at(id) : std::string()});
   const py::gil_scoped_release others_run;
   return std::make_shared<FrameResult>(room.step(tools, options));
 }
@@ -132,7 +136,7 @@ void add_room(py::module_& module) {
           "step", &step, py::arg("path"), py::kw_only(), py::arg("patches") = usual.patches,
           py::arg("scheme") = std::string(name_of(usual.scheme)), py::arg("order") = usual.order,
           py::arg("horizon_s") = static_cast<double>(usual.horizon.count()) / 1e6,  // prints as 0.1
-          py::arg("shape") = usual.shape,
+          py::arg("shape") = usual.shape, py::arg("held") = std::map<StationId, std::string>(),
           "Moves tools and body, and returns the Frame at the end.\n\n"
           "path: positions of tool 1 at t_s + 1 ms, t_s + 2 ms, ..., (n, 3) [m], 1 to 1000 of them; or a dict of such paths by\n"
           "tool (1, 2, ...). For an instrument (n, 7), with the orientation x, y, z, w of a quaternion, or (n, 8), with the\n"
@@ -141,6 +145,7 @@ void add_room(py::module_& module) {
           "patches: make a patch for each tool, by scheme (hold, tangent, ring, port, hyper), with order states (0: as the "
           "scheme\n"
           "has them), that predicts the hands for horizon_s [s]. shape: copy the positions of all vertices.\n"
+          "held: a dict of names by tool, of a scene with several; a tool that comes without one holds the first.\n"
           "Raises InputError for paths of other shapes and poses that are none, as positions that are not finite or beyond 10 m.")
       .def("step_alone", &step_alone, py::arg("ticks"), py::kw_only(), py::arg("shape") = usual.shape,
            "Lets the body move without tools for ticks milliseconds (1 to 1000), and returns the Frame.")

@@ -40,7 +40,8 @@ class Run {
       : options_(options), start_(start), stop_(stop), began_(monotonic_now()) {
     UdpClient::Watch watch;
     if (!options.record.empty()) {
-      recording_ = std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station);
+      recording_ =
+          std::make_unique<SessionRecording>(options.record, "palpate-client " PALPATE_VERSION, options.station, options.tool);
       watch = [this](const ClientCore& core, auto bytes, Micros now) { recording_->datagram(core, bytes, now); };
     }
     if (options.held) {

@@ -23,13 +23,13 @@ constexpr double kLeastS = 1e-3, kMostS = 30 * 86400.0, kMostCouplingNM = 1e6, k
 
 /// Flags of each hand: given once for all hands, or once for each --device, in order.
 struct TypedOfHands {
-  std::vector<std::string> devices{"sim"}, motions, stations{"hand"}, hands{"reference"};
+  std::vector<std::string> devices{"sim"}, motions, stations{"hand"}, hands{"reference"}, tools;
   std::vector<double> scales;
 };
 
 /// Flags of one hand, as typed.
 struct Typed {
-  std::string server, device = "sim", motion, station = "hand", room, scheme = std::string(kAutoName), hand = "reference",
+  std::string server, device = "sim", motion, station = "hand", tool, room, scheme = std::string(kAutoName), hand = "reference",
                       compare, passivity = "auto", guide, report, record, realtime = "auto", key, token;
   int order = 0;
   std::uint64_t seed = 1;
@@ -66,6 +66,9 @@ void declare_hands(CLI::App& app, TypedOfHands& typed) {
       ->type_name("NAME")
       ->allow_extra_args(false)
       ->capture_default_str();
+  app.add_option("--tool", typed.tools, "name of the tool that it holds, of a scene with several; default: the scene's first")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
   app.add_option("--hand", typed.hands, "stiffness of the hand of --device sim")
       ->type_name("free|light|reference|firm")
       ->allow_extra_args(false)
@@ -265,6 +268,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   refuse_empty(app, {{"--motion", &typed.motion},
                      {"--compare", &typed.compare},
                      {"--guide", &typed.guide},
+                     {"--tool", &typed.tool},
                      {"--key", &typed.key},
                      {"--token", &typed.token},
                      {"--report", &typed.report},
@@ -287,6 +291,7 @@ AppOptions checked(const Typed& typed, const CLI::App& app) {
   options.station_given = app.count("--station") > 0;
   options.room = name_of_other("--room", typed.room);
   options.guides = name_of_other("--guide", typed.guide);
+  options.tool = name_of_other("--tool", typed.tool);
   if (options.guides == options.station) throw InputError("--guide", "'" + typed.guide + "' is this station", "another station");
   options.refuses_guidance = typed.no_guidance;
   options.order = order_of(typed.order);
@@ -338,6 +343,7 @@ Typed hand_of(const Typed& all, const TypedOfHands& each, std::size_t k) {
   typed.device = each.devices[k];
   typed.motion = typed_for("--motion", each.motions, k, n).value_or("");
   typed.station = *typed_for("--station", each.stations, k, n);
+  typed.tool = typed_for("--tool", each.tools, k, n).value_or("");
   typed.hand = *typed_for("--hand", each.hands, k, n);
   typed.scale = typed_for("--scale", each.scales, k, n);
   if (n == 1) return typed;

@@ -37,6 +37,7 @@ struct AppOptions {
   std::string room;            ///< empty: the server's first
   SchemeAsked scheme;          ///< empty: the server chooses
   std::string guides;          ///< station to guide; empty: none
+  std::string tool;            ///< name of the scene's tool that it holds; empty: the first
   bool refuses_guidance = false;
   std::uint16_t order = 0;  ///< 0 = the server's default
   Hand hand;

@@ -118,6 +118,7 @@ Json run_json(const RunReport& run) {
                          {"tool_weight_n", list(workspace->tool_weight_n)}};
   json["server"] = run.options.server;
   json["station"] = run.options.station;
+  if (!run.options.tool.empty()) json["tool"] = run.options.tool;
   json["seed"] = run.options.seed;
   const MachineName machine = this_machine();
   json["machine"] = {{"processor", machine.processor}, {"cores", machine.cores}, {"system", machine.system}};

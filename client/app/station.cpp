@@ -18,6 +18,7 @@ ClientOptions client_options(const AppOptions& options, SchemeAsked scheme, cons
   client.hello.room = options.room;
   client.coupling = options.coupling;
   if (shadow_of.empty()) client.hello.guides = options.guides;
+  if (shadow_of.empty()) client.hello.tool = options.tool;
   client.refuses_guidance = options.refuses_guidance;
   return client;
 }

@@ -20,8 +20,9 @@ RecordingHead head_of(const std::string& program, const std::string& station) {
 
 }  // namespace
 
-SessionRecording::SessionRecording(const std::filesystem::path& file, const std::string& program, const std::string& station)
-    : recorder_(head_of(program, station)), file_("--record", file, recorder_.take()) {}
+SessionRecording::SessionRecording(const std::filesystem::path& file, const std::string& program, const std::string& station,
+                                   const std::string& tool)
+    : recorder_(head_of(program, station), tool), file_("--record", file, recorder_.take()) {}
 
 void SessionRecording::datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now) {
   const std::lock_guard lock(mutex_);

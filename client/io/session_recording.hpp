@@ -13,8 +13,9 @@ namespace palpate {
 
 class SessionRecording {
  public:
-  /// Throws InputError when `file` cannot be created.
-  SessionRecording(const std::filesystem::path& file, const std::string& program, const std::string& station);
+  /// `tool`: name of the scene's tool that the station holds; empty: the first. Throws InputError when `file` cannot be created.
+  SessionRecording(const std::filesystem::path& file, const std::string& program, const std::string& station,
+                   const std::string& tool);
 
   /// any thread but the haptic one
   void datagram(const ClientCore& core, std::span<const std::byte> bytes, Micros now);

@@ -11,6 +11,7 @@ void StationRecorder::event(Micros t, RecordedEventKind kind, const std::string&
   event.t = t;
   event.kind = kind;
   event.text = text;
+  if (kind == RecordedEventKind::joined) event.tool.name = tool_;
   writer_.add(event);
 }
 

@@ -1,6 +1,9 @@
 // Records a station from its ClientCore and its haptic ticks. No file, thread or clock: take() returns the bytes.
 #pragma once
 
+#include <string>
+#include <utility>
+
 #include "client/core/client_core.hpp"
 #include "common/record/writer.hpp"
 
@@ -10,7 +13,8 @@ class StationRecorder {
  public:
   static constexpr Micros kLinksEvery{250'000};
 
-  explicit StationRecorder(const RecordingHead& head) : writer_(head) {}
+  /// `tool`: name of the scene's tool that it holds; empty: the first.
+  explicit StationRecorder(const RecordingHead& head, std::string tool = {}) : writer_(head), tool_(std::move(tool)) {}
 
   void tick(const RecordedTick& tick) { writer_.add(tick); }
   /// Records orientation, opening and buttons, called once a tick: only changes are kept.
@@ -26,6 +30,7 @@ class StationRecorder {
 
  private:
   RecordingWriter writer_;
+  std::string tool_;
   LinkState link_ = LinkState::joining;
   std::string refusal_;
   bool slow_ = false;

@@ -23,7 +23,7 @@ struct Sight {
   std::span<const float> scalars;        ///< values that replace displacement as colours; empty: displacement
   std::span<const MeshVertex> vertices;  ///< vertices, of which the fixed ones are marked; empty: none
   std::span<const ToolView> tools;
-  std::span<const ToolSphere> body = {};   ///< of the tools; empty: points
+  std::span<const ToolShape> shapes = {};  ///< body of each tool, empty of a point; empty: all are points
   std::span<const float> depths = {};      ///< depth of each tool below the surface at rest [m]; empty, or 0 outside: not shown
   std::span<const std::size_t> hues = {};  ///< index of each tool's station_color(); empty: that of its place
   std::span<const PatchPin> pins = {};     ///< vertices of the displayed patch; empty: none

@@ -33,11 +33,11 @@ bool SolidBatch::show(const Sight& sight, const Box& rest) {
   const float tip = tip_radius(rest);
   for (std::size_t i = 0; i < sight.tools.size(); ++i) {
     const ToolView& tool = sight.tools[i];
-    if (sight.body.empty())
+    if (i >= sight.shapes.size() || sight.shapes[i].empty())
       append_stylus(next_, stylus_of(tool, tip, station_color(sight.hue(i))));
     else
       append_instrument(next_, {{tool.position, tool.orientation.value_or(Rotation::Identity()), tool.opening},
-                                sight.body,
+                                sight.shapes[i],
                                 station_color(sight.hue(i))});
   }
   arrows_from_ = next_.size();

@@ -103,6 +103,7 @@ void RecordedScene::take_events(const RecordedBlock& block) {
     hand.name = event.name;
     hand.role = event.role;
     hand.scheme = event.scheme;
+    hand.tool = event.tool;
     hand.joined = event.t;
   }
 }
@@ -267,6 +268,7 @@ StationView RecordedScene::station_at(const Hand& hand, Micros t) const {
   StationView view;
   view.station = hand.name;
   view.in_use.scheme = hand.scheme;
+  view.tool = hand.tool;
   if (const auto touch = last_until(hand.touches, t); touch != hand.touches.end() && touch->has_patch) {
     view.in_use.scheme = touch->scheme;
     view.states = static_cast<std::uint16_t>(touch->states);

@@ -72,6 +72,7 @@ class RecordedScene {
     std::string name;
     RecordedRole role = RecordedRole::hand;
     Scheme scheme = Scheme::port;
+    HeldTool tool;
     Micros joined{}, gone = Micros::max();
     std::vector<RecordedTouch> touches;
     std::vector<RecordedLink> links;

@@ -31,7 +31,6 @@ struct NoteOutcome {
 struct ViewMoment {
   Shape shape;
   std::vector<ToolView> tools;
-  ToolShape tool_body = {};  ///< of all tools; empty: points
 };
 
 class ViewCore : public ClientSession {

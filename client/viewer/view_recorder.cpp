@@ -86,7 +86,8 @@ StationId ViewRecorder::station(const std::string& name, const RoomView& room) {
   ++stations_ever_;
   const StationView* known = find(room, name);
   writer_.add(RecordedEvent{tools_until_, RecordedEventKind::joined, at->second, RecordedRole::hand,
-                            known != nullptr ? known->in_use.scheme : Scheme::port, name, ""});
+                            known != nullptr ? known->in_use.scheme : Scheme::port, name, "",
+                            known != nullptr ? known->tool : HeldTool()});
   return at->second;
 }
 

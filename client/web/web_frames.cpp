@@ -65,6 +65,18 @@ std::string css(const Vec3f& srgb) {
   return text;
 }
 
+json point_json(const Vec3& p) { return {rounded(p.x(), 5), rounded(p.y(), 5), rounded(p.z(), 5)}; }
+
+json spheres_json(const ToolShape& tool) {
+  json spheres = json::array();
+  for (const ToolSphere& sphere : tool) {
+    json ball = point_json(sphere.centre);
+    ball.push_back(rounded(sphere.radius_m, 5));
+    spheres.push_back(std::move(ball));
+  }
+  return spheres;
+}
+
 json station_json(const StationView& s, bool late_known) {
   json j{{"name", s.station},
          {"rtt_ms", ms(s.rtt)},
@@ -75,10 +87,9 @@ json station_json(const StationView& s, bool late_known) {
          {"states", s.states}};
   if (s.in_use.reason > SchemeReason::asked) j["reason"] = describe(s.in_use);
   if (late_known) j["late"] = s.ticks_late;
+  if (!s.tool.name.empty()) j["tool"] = {{"name", s.tool.name}, {"spheres", spheres_json(s.tool.shape)}};
   return j;
 }
-
-json point_json(const Vec3& p) { return {rounded(p.x(), 5), rounded(p.y(), 5), rounded(p.z(), 5)}; }
 
 json task_json(const TaskWatch& watch) {
   const Task& task = *watch.task();
@@ -185,11 +196,7 @@ std::string room_message(const PageState& state) {
   if (state.refused) j["refused"] = true;
   if (state.room != nullptr) {
     for (const StationView& station : state.room->stations) j["stations"].push_back(station_json(station, state.late_known));
-    for (const ToolSphere& sphere : state.room->tool) {
-      json ball = point_json(sphere.centre);
-      ball.push_back(rounded(sphere.radius_m, 5));
-      j["tool"].push_back(std::move(ball));
-    }
+    if (!state.room->tool.empty()) j["tool"] = spheres_json(state.room->tool);
     for (const BodyName& body : state.room->bodies)
       j["bodies"].push_back({{"name", body.name}, {"color", css(srgb_of(body.colour))}});
     j["nodes"] = state.room->nodes;

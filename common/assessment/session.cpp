@@ -101,6 +101,10 @@ Session read_session(const RecordingReader& recording) {
   }
   sort_stably(session.notes.begin(), session.notes.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
   std::erase_if(session.hands, [](const SessionHand& hand) { return hand.path.empty(); });  // shadows have no samples
+  const bool own = recording.head().kind == RecordingKind::station;
+  for (const RecordedStation& station : recording.stations())
+    for (SessionHand& hand : session.hands)
+      if (own || hand.name == station.name) hand.tool = station.tool;
   return session;
 }
 

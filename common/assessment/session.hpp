@@ -31,6 +31,7 @@ struct SessionHand {
   std::vector<MotionPoint> path;     ///< ascending
   std::vector<SessionForce> forces;  ///< ascending
   std::vector<SessionTurn> turns{};  ///< ascending; empty if the device had no orientation
+  std::string tool = {};             ///< name of the tool that it held when it joined last; empty: the scene's first
 };
 
 /// A time in which one hand guided another, with the mean forces of the coupling that the two reported.

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
 #include "common/base/rotation_vector.hpp"
@@ -37,6 +38,13 @@ inline constexpr double kMaxSwingRad = 1.1;      ///< of |s_j|
 inline constexpr double kToolStepM = 0x1p-17, kSwingStepRad = 0x1p-14;
 
 using ToolShape = std::vector<ToolSphere>;
+
+/// One of a scene's further tools, which a hand asks for by name.
+struct HeldTool {
+  std::string name;  ///< empty: the scene's first tool, and no `shape`
+  ToolShape shape;   ///< empty: a point
+  bool operator==(const HeldTool&) const = default;
+};
 
 inline bool has_jaws(const ToolShape& shape) { return std::ranges::any_of(shape, &ToolSphere::on_jaw); }
 

@@ -29,6 +29,7 @@ namespace palpate {
 struct ContactParameters {
   double contact_stiffness_n_m = 0;  ///< k_c, 0 = rigid
   double friction = 0;               ///< mu
+  bool operator==(const ContactParameters&) const = default;
 };
 
 struct ContactClosure {

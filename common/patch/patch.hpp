@@ -45,12 +45,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "common/base/limits.hpp"
 #include "common/base/tool_shape.hpp"
 #include "common/base/types.hpp"
 #include "common/mechanics/solid_law.hpp"
+#include "common/patch/contact_law.hpp"
 #include "common/patch/needle.hpp"
 #include "common/patch/scheme.hpp"
 #include "common/patch/suture.hpp"
@@ -100,6 +102,7 @@ struct OtherContact {
   Mat3 c_static = Mat3::Zero();                               ///< compliance there that no mode carries [m/N]
   PortRows rows;                                              ///< R_o
   ToolSphere sphere;                                          ///< of the same tool
+  std::optional<ContactParameters> law = {};                  ///< of another tool; empty: as of the patch's own
 };
 inline constexpr int kMaxOtherContacts = static_cast<int>(kMaxToolSpheres) - 1;
 struct PatchOthers {
@@ -123,7 +126,8 @@ struct PatchContacts {
   int needle_layers = 0;
   bool jaws = false;
   int bites = 0;
-  int on_terms = 0;  ///< number of these that the surface of the terms moves
+  int on_terms = 0;   ///< number of these that the surface of the terms moves
+  bool laws = false;  ///< true: some have their own coupling and friction
   PatchContacts(int count = 0, bool with_body = false, int layers = 0, bool with_jaws = false)  // NOLINT: a number of contacts
       : others(count), body(with_body), needle_layers(layers), jaws(with_jaws) {}
 };
@@ -205,7 +209,7 @@ struct Patch {
   SurfacePoint point;                ///< contact point (touching) or nearest point, on `surface`
   Mat3 c_static = Mat3::Zero();      ///< compliance that no mode carries [m/N]
   PortSurface surface;
-  PatchOthers others;  ///< contacts with the coupling and friction above
+  PatchOthers others;  ///< contacts with the coupling and friction above, unless they have their own
   PatchNeedle needle;  ///< while its tip is inside there is no contact at `point`
   PatchSuture suture;  ///< of a tool that holds one there is no contact at `point` at all
 

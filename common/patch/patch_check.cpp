@@ -80,9 +80,13 @@ bool sizes_agree(const Patch& p) {
   return true;
 }
 
+void check_law(const ContactParameters& law, Numbers& numbers) {
+  numbers.within(law.contact_stiffness_n_m, 0, 1e9);
+  numbers.within(law.friction, 0, kMaxFriction);
+}
+
 void check_surface_numbers(const Patch& p, Numbers& numbers) {
-  numbers.within(p.contact_stiffness_n_m, 0, 1e9);
-  numbers.within(p.friction, 0, kMaxFriction);
+  check_law({p.contact_stiffness_n_m, p.friction}, numbers);
   numbers.all(p.c_static, kMaxCompliance_m_n);
   numbers.all(p.point.weight, 2);
   for (int i = 0; i < p.surface.vertex_count; ++i) {
@@ -109,6 +113,7 @@ void check_other_contacts(const PatchOthers& others, Numbers& numbers) {
     numbers.all(other.c_static, kMaxCompliance_m_n);
     numbers.all(other.rows, kMaxModelEntry);
     check_sphere(other.sphere, numbers);
+    if (other.law) check_law(*other.law, numbers);
   }
 }
 

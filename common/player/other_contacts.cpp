@@ -14,19 +14,20 @@ OtherContacts::OtherContacts(const Patch& patch, const PlayedSurface& surface, c
     : count_(patch.others.count),
       own_(patch.others.own),
       at_stamp_(patch.tool, patch.turn.value_or(Rotation::Identity()), patch.opening),
-      parameters_{patch.contact_stiffness_n_m, patch.friction},
       dt_(dt_s),
       moves_for_s_(seconds(patch.load_for)) {
+  const ContactParameters parameters{patch.contact_stiffness_n_m, patch.friction};
   for (std::size_t j = 0; j < patch.others.tools().size(); ++j) {
     Contact& contact = contacts_[j];
     contact.tool = patch.others.of[j];
+    contact.law = contact.tool.law.value_or(parameters);
     contact.touching = contact.tool.touching;
     contact.push.response = psi0 * contact.tool.rows.transpose();
-    contact.push.set_compliance(contact.tool.rows, parameters_.contact_stiffness_n_m, contact.tool.c_static);
+    contact.push.set_compliance(contact.tool.rows, contact.law.contact_stiffness_n_m, contact.tool.c_static);
     if (contact.touching) {
       // At the stamp the modes are at zero, so c_static alone determines the push.
       const ContactClosure at_stamp =
-          close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, parameters_);
+          close_contact(Vec3::Zero(), contact.tool.c_static, contact.tool.normal, contact.tool.gap, contact.law);
       contact.push.lambda = at_stamp.lambda;
     }
     if (static_cast<int>(j) < own_) find_on(surface, contact);
@@ -44,7 +45,7 @@ void OtherContacts::find_on(const PlayedSurface& surface, Contact& contact) cons
   contact.on_surface = true;
   contact.surface = SurfaceContact(nearest.point, contact.touching);
   contact.surface.separate(surface, centre - nearest.position);
-  contact.surface.respond(surface, parameters_.contact_stiffness_n_m, contact.push);
+  contact.surface.respond(surface, contact.law.contact_stiffness_n_m, contact.push);
 }
 
 void OtherContacts::take_from(StateVector& drift) const noexcept {
@@ -68,7 +69,7 @@ void OtherContacts::close(StateVector& z, const ModeVector& own, const ToolPose&
     q -= contact.push.moved();
     if (contact.on_surface) {
       surface.place(q);
-      contact.surface.close(surface, tool.centre_of(other.sphere), other.sphere.radius_m, parameters_, contact.push);
+      contact.surface.close(surface, tool.centre_of(other.sphere), other.sphere.radius_m, contact.law, contact.push);
       contact.touching = contact.surface.touching();
       if (contact.touching) contact.tool.normal = contact.surface.normal();
     } else {
@@ -105,7 +106,7 @@ void OtherContacts::close(Contact& contact, const ModeVector& q, const Vec3& dis
     contact.slid += gap - height * tool.normal;
     gap = height * tool.normal;
   }
-  const ContactClosure closure = close_contact(Vec3::Zero(), contact.push.compliance, tool.normal, gap, parameters_);
+  const ContactClosure closure = close_contact(Vec3::Zero(), contact.push.compliance, tool.normal, gap, contact.law);
   contact.touching = closure.touching;
   contact.slid += closure.slip;
   contact.push.lambda = closure.lambda;

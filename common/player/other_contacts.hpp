@@ -52,6 +52,7 @@ class OtherContacts {
  private:
   struct Contact {
     OtherContact tool;
+    ContactParameters law;
     PortPush push;
     bool touching = false;
     bool on_surface = false;
@@ -65,7 +66,6 @@ class OtherContacts {
   int count_ = 0, own_ = 0;
   ToolPose at_stamp_;
   std::array<Contact, kMaxOtherContacts> contacts_;
-  ContactParameters parameters_;
   double dt_ = 0, moves_for_s_ = 0;
   std::int64_t steps_ = 0;  // steps since the stamp
 };

@@ -160,6 +160,16 @@ void decode(const record::RigidPart& table, PartMesh& part, PartSense& sense) {
     for (const std::uint32_t corner : triangle) sense.that(corner < part.mesh.vertices.size());
 }
 
+ToolShape shape_of(const flatbuffers::Vector<const wire::Sphere*>* spheres, const flatbuffers::Vector<const wire::Jaw*>* jaws,
+                   PartSense& sense) {
+  ToolShape shape;
+  if (!spheres) return shape;
+  sense.that(spheres->size() <= kMaxToolSpheres && (!jaws || jaws->size() == spheres->size()));
+  for (flatbuffers::uoffset_t j = 0; j < spheres->size() && sense.ok(); ++j)
+    shape.push_back(sense.sphere(*spheres->Get(j), jaws ? jaws->Get(j) : nullptr));
+  return shape;
+}
+
 RecordedEvent event_of(const record::Event& table, Micros base, PartSense& sense) {
   RecordedEvent event;
   event.t = base + Micros{table.at()};
@@ -171,6 +181,11 @@ RecordedEvent event_of(const record::Event& table, Micros base, PartSense& sense
   event.text = sense.text(table.text());
   sense.text(event.name, 0, kMaxNameBytes);
   sense.text(event.text, 0, kMaxText);
+  if (const wire::HeldTool* const held = table.tool()) {
+    event.tool.name = sense.text(held->name());
+    sense.name(event.tool.name, 1);
+    event.tool.shape = shape_of(held->spheres(), held->jaws(), sense);
+  }
   return event;
 }
 
@@ -290,6 +305,8 @@ RecordedHold hold_of(const record::Hold& table, PartSense& sense) {
   hold = {sense.text(table.station()), position_of(*table.tool(), sense), orientation_of(*table.turn(), sense),
           pack::opening_from(table.opening())};
   sense.text(hold.station, 0, kMaxNameBytes);
+  hold.held = sense.text(table.held());
+  sense.name(hold.held, 0);
   if (table.needle()) hold.needle = needle_of(*table.needle(), sense);
   return hold;
 }
@@ -412,12 +429,7 @@ std::optional<RecordingHead> decode_head(std::span<const std::byte> part) {
   sense.number(head.shapes_hz, 0, kMaxRateHz);
   if (table->surface() && !decode(*table->surface(), head.surface, sense)) return std::nullopt;
   if (table->task()) sense.that(read_task(*table->task(), head.task.emplace()) == WireFault::none);
-  if (table->tool()) {
-    const auto spheres = table->tool()->size();
-    sense.that(spheres <= kMaxToolSpheres && (!table->jaws() || table->jaws()->size() == spheres));
-    for (flatbuffers::uoffset_t j = 0; j < spheres && sense.ok(); ++j)
-      head.tool.push_back(sense.sphere(*table->tool()->Get(j), table->jaws() ? table->jaws()->Get(j) : nullptr));
-  }
+  head.tool = shape_of(table->tool(), table->jaws(), sense);
   if (table->parts()) {
     sense.that(table->parts()->size() <= kMaxParts);
     each(table->parts(), sense, [&](const record::RigidPart& one) { decode(one, head.parts.emplace_back(), sense); });

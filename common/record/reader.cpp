@@ -160,7 +160,8 @@ void RecordingReader::note_damage(std::uint64_t begin, std::uint64_t end, const 
 
 void RecordingReader::note_joins(const std::vector<RecordedEvent>& events) {
   for (const RecordedEvent& event : events)
-    if (event.kind == RecordedEventKind::joined) stations_.push_back({event.station, event.name, event.role, event.scheme});
+    if (event.kind == RecordedEventKind::joined)
+      stations_.push_back({event.station, event.name, event.role, event.scheme, event.tool.name});
 }
 
 std::string RecordingReader::name_of(StationId id) const {

@@ -43,6 +43,7 @@ struct RecordedStation {
   std::string name;
   RecordedRole role = RecordedRole::hand;
   Scheme scheme = Scheme::port;
+  std::string tool = {};  ///< name of the tool that it holds; empty: the scene's first
 };
 
 /// A tool at a time, for a picture.

@@ -43,7 +43,7 @@ struct RecordingHead {
   std::string scene_file;             ///< paths inside the scene are relative to it
   RecordedSurface surface;            ///< only in a room's recording
   std::optional<Task> task = {};      ///< of a room, the training task that its scene states
-  ToolShape tool = {};                ///< of a room, the body of its tools; empty: points
+  ToolShape tool = {};                ///< of a room, the body of its scene's first tool; empty: a point
   std::vector<PartMesh> parts = {};   ///< of a room, the rigid parts of its scene
   std::vector<BodyName> bodies = {};  ///< of a room whose scene has several
 };
@@ -113,6 +113,7 @@ struct RecordedEvent {
   RecordedRole role = RecordedRole::hand;
   Scheme scheme = Scheme::port;
   std::string name, text;  ///< the station's name
+  HeldTool tool = {};      ///< of one that joined; without a name: the scene's first
 };
 
 /// State of the link, four times a second.
@@ -187,6 +188,7 @@ struct RecordedHold {
   Rotation orientation = Rotation::Identity();  ///< R_WT, of unit length
   double opening = 0;                           ///< 0 to 1
   std::optional<NeedleInBody> needle = {};      ///< that is inside
+  std::string held = {};                        ///< name of the tool; empty: the scene's first
 };
 
 /// A cut that a blade began or went on with, in the body at rest (server/scene/cuts.hpp).

@@ -76,6 +76,13 @@ std::unique_ptr<wire::TaskT> table_of(const Task& task) {
   return std::unique_ptr<wire::TaskT>(flatbuffers::GetRoot<wire::Task>(builder.GetBufferPointer())->UnPack());
 }
 
+void add_shape_of(const ToolShape& tool, std::vector<wire::Sphere>& spheres, std::vector<wire::Jaw>& jaws) {
+  pack::Packer packer;
+  for (const ToolSphere& sphere : tool) spheres.push_back(packer.sphere(sphere));
+  if (has_jaws(tool))
+    for (const ToolSphere& sphere : tool) jaws.push_back(packer.jaw(sphere));
+}
+
 record::HeadT table_of(const RecordingHead& head) {
   record::HeadT table;
   table.kind = static_cast<std::uint8_t>(head.kind);
@@ -89,10 +96,7 @@ record::HeadT table_of(const RecordingHead& head) {
   table.scene_file = made_plain(head.scene_file);
   table.surface = table_of(head.surface);
   if (head.task) table.task = table_of(*head.task);
-  pack::Packer packer;
-  for (const ToolSphere& sphere : head.tool) table.tool.push_back(packer.sphere(sphere));
-  if (has_jaws(head.tool))
-    for (const ToolSphere& sphere : head.tool) table.jaws.push_back(packer.jaw(sphere));
+  add_shape_of(head.tool, table.tool, table.jaws);
   for (const PartMesh& part : head.parts) table.parts.push_back(table_of(part));
   for (const BodyName& body : head.bodies) {
     table.bodies.push_back(std::make_unique<wire::BodyNameT>());
@@ -111,6 +115,11 @@ std::unique_ptr<record::EventT> table_of(const RecordedEvent& event, std::int32_
   table->scheme = static_cast<std::uint8_t>(event.scheme);
   table->name = event.name;
   table->text = event.text;
+  if (!event.tool.name.empty()) {
+    table->tool = std::make_unique<wire::HeldToolT>();
+    table->tool->name = event.tool.name;
+    add_shape_of(event.tool.shape, table->tool->spheres, table->tool->jaws);
+  }
   return table;
 }
 
@@ -186,6 +195,7 @@ std::unique_ptr<record::HoldT> table_of(const RecordedHold& hold, bool& broken) 
   table->turn = std::make_unique<wire::Turn>(packer.turn(hold.orientation));
   table->opening = packer.opening(hold.opening);
   if (hold.needle) table->needle = table_of(*hold.needle);
+  table->held = hold.held;
   broken = broken || !packer.ok();
   return table;
 }

@@ -31,6 +31,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
   sense.name(view_of(table.shadow_of()), 0);
   sense.name(view_of(table.room()), 0);
   sense.name(view_of(table.guides()), 0);
+  sense.name(view_of(table.tool()), 0);
   sense.that(to_enum(table.role(), Role::viewer, m.role));
   Scheme scheme{};
   sense.that(to_enum(table.scheme(), Scheme::hyper, scheme));
@@ -41,6 +42,7 @@ WireFault read(const wire::Hello& table, Hello& m) {
   m.shadow_of = view_of(table.shadow_of());
   m.room = view_of(table.room());
   m.guides = view_of(table.guides());
+  m.tool = view_of(table.tool());
   m.alike = table.alike();
   m.order = table.order();
   return WireFault::none;
@@ -372,6 +374,12 @@ WireFault read(const wire::RoomView& table, RoomView& m) {
     sense.that(to_enum(station->scheme_reason(), SchemeReason::link_lossy, view.in_use.reason));
     view.in_use.cost = Micros{station->patch_cost()};
     view.in_use.limit = Micros{station->patch_limit()};
+    if (const wire::HeldTool* const held = station->tool()) {
+      sense.name(view_of(held->name()), 1);
+      if (!sense.ok()) return sense.fault();
+      view.tool.name = view_of(held->name());
+      if (const auto fault = read_tool(held->spheres(), held->jaws(), view.tool.shape); fault != WireFault::none) return fault;
+    }
     m.stations.push_back(std::move(view));
   }
   read_bodies(table.bodies(), m.bodies, sense);

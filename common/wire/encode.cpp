@@ -38,9 +38,10 @@ class BodyWriter {
     const auto shadow_of = m.shadow_of.empty() ? 0 : text(m.shadow_of, kMaxNameBytes);
     const auto room = m.room.empty() ? 0 : text(m.room, kMaxNameBytes);
     const auto guides = m.guides.empty() ? 0 : text(m.guides, kMaxNameBytes);
+    const auto tool = m.tool.empty() ? 0 : text(m.tool, kMaxNameBytes);
     const auto scheme = static_cast<std::uint8_t>(m.scheme.value_or(kWithoutChoice));
     return done(wire::Payload::Hello, wire::CreateHello(builder_, station, static_cast<std::uint8_t>(m.role), scheme, m.order,
-                                                        shadow_of, room, m.alike, !m.scheme, guides));
+                                                        shadow_of, room, m.alike, !m.scheme, guides, tool));
   }
   Offset<void> operator()(const Welcome& m) {
     const auto scene = text(m.scene, kMaxNameBytes);
@@ -188,9 +189,10 @@ class BodyWriter {
       const StationView& s = m.stations[i];
       const wire::StationFigures figures(packer_.duration(s.rtt), packer_.duration(s.jitter), packer_.duration(s.patch_age),
                                          s.judged, s.lost, s.ticks_late, s.states, static_cast<std::uint8_t>(s.in_use.scheme));
+      const auto tool = held(s.tool);
       views[i] =
           wire::CreateStationView(builder_, text(s.station, kMaxNameBytes), &figures, static_cast<std::uint8_t>(s.in_use.reason),
-                                  packer_.duration(s.in_use.cost), packer_.duration(s.in_use.limit));
+                                  packer_.duration(s.in_use.cost), packer_.duration(s.in_use.limit), tool);
     }
     const auto stations = builder_.CreateVector(views.data(), m.stations.size());
     const auto spheres = spheres_of(m.tool);
@@ -248,6 +250,12 @@ class BodyWriter {
     std::array<wire::Jaw, kMaxToolSpheres> packed;
     for (std::size_t i = 0; i < tool.size(); ++i) packed[i] = packer_.jaw(tool[i]);
     return builder_.CreateVectorOfStructs(packed.data(), tool.size());
+  }
+  Offset<wire::HeldTool> held(const HeldTool& tool) {
+    if (tool.name.empty()) return {};
+    const auto name = text(tool.name, kMaxNameBytes);
+    const auto spheres = spheres_of(tool.shape);
+    return wire::CreateHeldTool(builder_, name, spheres, jaws_of(tool.shape));
   }
   /// None if the jaws are closed in all samples.
   Offset<flatbuffers::Vector<std::uint16_t>> openings_of(const std::vector<ToolSample>& samples) {

@@ -1,6 +1,7 @@
 // The contents of one datagram, as plain structs. docs/reference/wire.md specifies bytes, ranges and behaviour over time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -40,6 +41,7 @@ struct Hello {
   /// station then.
   bool alike = false;
   std::string guides = {};  ///< name of a station whose tool this one guides; empty: none
+  std::string tool = {};    ///< name of the scene's tool that it holds; empty: the first
   /// Rooms that the sender's key has a right to; empty: any. Not on the wire: the server's gate fills it in.
   std::vector<std::string> may_join = {};
 };
@@ -54,12 +56,12 @@ struct Welcome {
   std::uint64_t mesh_hash = 0;
   double deadband = 0;           ///< patches that would change the force by a smaller share are not sent, 0 = all are
   std::string station = {};      ///< name of the station in the room
-  bool turns = false;            ///< true: each sample needs its orientation, as the tool has a body
+  bool turns = false;            ///< true: each sample needs its orientation, as the station's tool has a body
   std::uint64_t scene_hash = 0;  ///< server/core/scene_hash.hpp, 0 = not known
-  bool jaws = false;             ///< true: each sample needs its opening, as the tool has jaws
+  bool jaws = false;             ///< true: each sample needs its opening, as that has jaws
   std::uint8_t parts = 0;        ///< number of the scene's rigid parts
-  double coupling_n_m = 0;       ///< contact stiffness of tools with parts; as `tool` not set without parts
-  ToolShape tool = {};           ///< body of the tools; empty: points
+  double coupling_n_m = 0;       ///< contact stiffness of the station's tool with parts; as `tool` not set without parts
+  ToolShape tool = {};           ///< body of the station's tool; empty: a point
 };
 
 enum class RefuseReason : std::uint8_t {
@@ -224,6 +226,7 @@ struct StationView {
   std::uint32_t ticks_late = 0;        ///< late ticks of its haptic loop, reported by the station
   std::uint16_t states = 0;            ///< states of its newest patch
   SchemeInUse in_use = {};
+  HeldTool tool = {};  ///< without a name: the room's
 };
 struct RoomView {
   std::uint32_t nodes = 0;
@@ -234,9 +237,15 @@ struct RoomView {
   std::vector<StationView> stations;
   bool asleep = false;                ///< true: the body rests and is not stepped
   bool starved = false;               ///< true: other load on the server's machine leaves the frames too little of a core
-  ToolShape tool = {};                ///< body of the tools; empty: points
+  ToolShape tool = {};                ///< body of the scene's first tool; empty: a point
   std::vector<BodyName> bodies = {};  ///< of a scene with several; empty: one
 };
+
+/// Returns the body of the tool that a station holds; the room's where the view has no such station.
+inline const ToolShape& shape_held(const RoomView& room, const std::string& station) {
+  const auto view = std::ranges::find(room.stations, station, &StationView::station);
+  return view == room.stations.end() || view->tool.name.empty() ? room.tool : view->tool.shape;
+}
 
 /// Client -> server: reset the body to rest. A request with another count than the server's refers to an earlier reset and is
 /// ignored.

@@ -142,6 +142,8 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
   Walk<std::int16_t> rows(table.other_rows());
   if (count > (patch.contact == ContactKind::touch ? kMaxOtherContacts : 0) || rows.left() != 3 * r * (count - own))
     return WireFault::malformed;
+  const auto* const laws = table.other_laws();
+  if (laws && static_cast<int>(laws->size()) != count - own) return WireFault::malformed;
   patch.others.count = count;
   patch.others.own_on_terms = own > 0;
   for (int o = 0; o < own; ++o) {
@@ -160,6 +162,10 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
     other.velocity = pack::from(sent.velocity(), pack::kVelocityStep);
     other.acceleration = pack::from(sent.acceleration(), pack::kAccelerationStep);
     other.normal = unpack_normal(sent.normal_u(), sent.normal_v());
+    if (laws) {
+      const wire::ContactLaw& law = *laws->Get(static_cast<flatbuffers::uoffset_t>(o - own));
+      other.law = ContactParameters{law.coupling(), law.friction()};
+    }
     other.rows.resize(3, r);
     for (int m = 0; m < r; ++m) {
       const double step = row_step(*table.shorts(), r, m);
@@ -294,7 +300,7 @@ WireFault read_body(const wire::Patch& table, Patch& patch) {
   }
   const bool bare = !table.floats() && !table.shorts() && !table.normals() && !table.touch() && !table.attach() &&
                     !table.load_rate() && !table.fading() && !table.pulls() && !table.others() && !table.other_rows() &&
-                    !table.needle() && !table.jaws() && !table.suture() && !table.own_contacts();
+                    !table.needle() && !table.jaws() && !table.suture() && !table.own_contacts() && !table.other_laws();
   return bare ? read_tool_body(table, patch) : WireFault::malformed;
 }
 

@@ -171,6 +171,19 @@ OtherContacts contacts_with_rows(pack::Packer& packer, const PatchOthers& others
   return sent;
 }
 
+using ContactLaws = Bounded<wire::ContactLaw, kMaxOtherContacts>;
+/// None if all have that of the patch's tool.
+ContactLaws laws_of(pack::Packer& packer, const Patch& patch) {
+  ContactLaws sent;
+  const auto others = patch.others.with_rows();
+  if (std::ranges::none_of(others, [](const OtherContact& other) { return other.law.has_value(); })) return sent;
+  for (const OtherContact& other : others) {
+    const ContactParameters law = other.law.value_or(ContactParameters{patch.contact_stiffness_n_m, patch.friction});
+    sent.add({packer.number(law.contact_stiffness_n_m), packer.number(law.friction)});
+  }
+  return sent;
+}
+
 std::uint16_t to_compliance(double c_m_n) {
   constexpr float kHalfMost = 65504;
   return packed::to_half(std::clamp(static_cast<float>(c_m_n / pack::kComplianceUnit_m_n), 0.0F, kHalfMost));
@@ -344,6 +357,8 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
   const OtherContacts tools = others ? contacts_with_rows(packer, patch.others) : OtherContacts{};
   const auto others_at = tools.size() > 0 ? builder.CreateVectorOfStructs(tools.data(), tools.size()) : 0;
+  const ContactLaws laws = others ? laws_of(packer, patch) : ContactLaws{};
+  const auto laws_at = laws.size() > 0 ? builder.CreateVectorOfStructs(laws.data(), laws.size()) : 0;
   const OwnContacts own = others ? contacts_on_terms(packer, patch.others) : OwnContacts{};
   const auto own_at = own.size() > 0 ? builder.CreateVectorOfStructs(own.data(), own.size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
@@ -364,7 +379,7 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
                            !patch.constant && !is_touch ? &attach : nullptr, load_at,
                            load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
                            others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at, needle_at,
-                           on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at, own_at);
+                           on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at, own_at, laws_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -385,10 +400,11 @@ int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, in
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
   constexpr int kJawsBytes = 16, kJawBytes = 4, kOwnOverheadBytes = 16, kOwnContactBytes = 16;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
-  constexpr int kSutureBytes = 92, kBiteBytes = 16;
+  constexpr int kSutureBytes = 92, kBiteBytes = 16, kLawsOverheadBytes = 28, kLawBytes = 8;
   const int others = contacts.others, with_rows = others - contacts.on_terms;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
          (with_rows > 0 ? kOthersOverheadBytes + with_rows * (kOtherContactBytes + 6 * modes) : 0) +
+         (contacts.laws ? kLawsOverheadBytes + with_rows * kLawBytes : 0) +
          (contacts.on_terms > 0 ? kOwnOverheadBytes + contacts.on_terms * kOwnContactBytes : 0) +
          (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
          (contacts.jaws ? kJawsBytes + kJawBytes * (others + 1) : 0) +

@@ -56,6 +56,12 @@ std::string touch_line(const Scene& scene, const SurfaceStiffness& finger) {
                      n_mm * contact_n_mm / (n_mm + contact_n_mm), tool, at, n_mm, contact_n_mm);
 }
 
+std::string tools_line(const Scene& scene) {
+  std::string line = scene.tool.name.empty() ? "one without a name" : scene.tool.name;
+  for (const ToolSpec& tool : scene.tools) line += ", " + tool.name;
+  return line + ": a hand that asks for none has the first, which these figures are of";
+}
+
 std::string cost_line(const FrameCost& cost, Scheme scheme, const std::vector<int>& stations, double frame_ms) {
   constexpr double kBusiest = 0.9;  // share of a frame; sessions need some of the rest
   std::string line = fmt::format("  {:<8}", name_of(scheme));
@@ -125,6 +131,7 @@ Description describe(const Scene& scene, double rate_hz) {
   const std::optional<SurfaceStiffness> finger = small ? finger_stiffness(scene, home_of(scene)) : std::nullopt;
   if (!finger) return {lines, {}};
   lines.push_back(touch_line(scene, *finger));
+  if (!scene.tools.empty()) lines.push_back("tools      " + tools_line(scene));
   const std::vector<FrameCost> costs = costs_of(scene, *finger, rate_hz);
   add_costs(scene, costs, rate_hz, lines);
   return {lines, costs.empty() ? std::nullopt : std::optional(costs.front())};

@@ -143,7 +143,7 @@ CutSettings NeedlePath::cut(double depth_m) const {
   return cut;
 }
 
-double NeedleTissue::depth_of(const Vec3& rest) const { return -nearest_point(skin_->view(), skin_->rest(), rest).height_m; }
+double NeedleTissue::depth_of(const Vec3& rest) const { return -skin_->nearest(0, skin_->rest(), rest).height_m; }
 
 NeedleLayers NeedleTissue::layers_along(const std::array<Vec3, kNeedlePoints>& rest) const {
   NeedleLayers layers;

@@ -1,6 +1,7 @@
 #include "server/body/skin.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -13,8 +14,10 @@ namespace {
 
 constexpr double kLongestPath = 1.5;  // of a path along edges, relative to the radius
 
+}  // namespace
+
 /// Vertices in reach of one along the edges of a surface.
-class Reach {
+class Skin::Reach {
  public:
   Reach(const SurfaceView& surface, const std::vector<Vec3>& x) : way_m_(x.size()), seen_(x.size(), 0) {
     first_.push_back(0);
@@ -58,24 +61,56 @@ class Reach {
   std::uint32_t search_ = 0;
 };
 
+namespace {
+
 /// Adds a weight to that of its node; `row` has each node once.
 void add_to_row(std::uint32_t node, double weight, std::vector<double>& of_node, NodeWeights& row) {
   if (of_node[node] == 0) row.emplace_back(node, 0.0);
   of_node[node] += weight;
 }
 
+/// Returns the triangles of `copies` copies with this number of vertices each.
+std::vector<Triangle> in_copies(const std::vector<Triangle>& triangles, std::size_t copies, std::size_t vertices) {
+  std::vector<Triangle> all = triangles;
+  for (std::size_t copy = 1; copy < copies; ++copy)
+    for (Triangle t : triangles) {
+      for (std::uint32_t& corner : t) corner += static_cast<std::uint32_t>(copy * vertices);
+      all.push_back(t);
+    }
+  return all;
+}
+
 }  // namespace
 
-Skin::Skin(const LumpedBody& body, double radius_m)
-    : body_(&body), surface_(body.triangles, body.vertices()), rest_(vertices_at_rest(body)), smooth_(body.vertices()) {
+Skin::Skin(const LumpedBody& body, std::span<const double> radii_m)
+    : body_(&body),
+      copies_(radii_m.size()),
+      surface_(in_copies(body.triangles, radii_m.size(), body.vertices()), radii_m.size() * body.vertices()),
+      rest_(vertices_at_rest(body)) {
+  assert(!radii_m.empty());
   for (const Triangle& t : body.triangles) vertices_.insert(vertices_.end(), t.begin(), t.end());
   std::sort(vertices_.begin(), vertices_.end());
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+  for (const std::uint32_t i : vertices_) box_.extend(rest_[i]);
+  if (copies_ > 1) one_ = Surface(body.triangles, body.vertices());
   std::optional<Reach> reach;
-  if (!body.embedded.empty() || !body.members.empty()) reach.emplace(surface_.view(), rest_);
-  std::vector<double> of_node(reach ? body.nodes.size() : 0, 0.0);  // of a cut body, the row of S that is made
+  if (!body.embedded.empty() || !body.members.empty()) reach.emplace(one(), rest_);
+  for (const double radius_m : radii_m) add_copy(radius_m, reach ? &*reach : nullptr);
+  const std::vector<Vec3> rest = rest_;
+  const std::vector<std::uint32_t> vertices = vertices_;
+  for (std::size_t k = 1; k < copies_; ++k) {
+    rest_.insert(rest_.end(), rest.begin(), rest.end());
+    for (const std::uint32_t i : vertices) vertices_.push_back(static_cast<std::uint32_t>(k * rest.size()) + i);
+  }
+}
+
+/// Appends the rows of S of a copy. `reach`: null where all vertices around count.
+void Skin::add_copy(double radius_m, Reach* reach) {
+  const std::size_t first = smooth_.size();
+  smooth_.resize(first + rest_.size());
+  std::vector<double> of_node(reach ? body_->nodes.size() : 0, 0.0);  // of a cut body, the row of S that is made
   for (const std::uint32_t i : vertices_) {
-    box_.extend(rest_[i]);
+    NodeWeights& row = smooth_[first + i];
     double sum = 0;
     const auto average = [&](const std::vector<std::uint32_t>& over) {
       for (const std::uint32_t j : over) {
@@ -83,19 +118,37 @@ Skin::Skin(const LumpedBody& body, double radius_m)
         if ((i != j && !(radius_m > 0)) || d >= 1) continue;
         const double weight = (1 - d * d) * (1 - d * d);
         if (!reach)
-          smooth_[i].emplace_back(j, weight);
-        else if (body.is_node(j))
-          add_to_row(j, weight, of_node, smooth_[i]);
+          row.emplace_back(j, weight);
+        else if (body_->is_node(j))
+          add_to_row(j, weight, of_node, row);
         else
-          for (const auto& [node, share] : body.embedded[j - body.nodes.size()].weights)
-            add_to_row(node, share * weight, of_node, smooth_[i]);
+          for (const auto& [node, share] : body_->embedded[j - body_->nodes.size()].weights)
+            add_to_row(node, share * weight, of_node, row);
         sum += weight;
       }
     };
     average(reach ? reach->from(i, kLongestPath * radius_m) : vertices_);
-    if (reach) std::sort(smooth_[i].begin(), smooth_[i].end());
-    for (auto& [node, weight] : smooth_[i]) weight = (reach ? std::exchange(of_node[node], 0.0) : weight) / sum;
+    if (reach) std::sort(row.begin(), row.end());
+    for (auto& [node, weight] : row) weight = (reach ? std::exchange(of_node[node], 0.0) : weight) / sum;
   }
+}
+
+NearestPoint Skin::nearest(std::size_t copy, Positions positions, const Vec3& query) const {
+  const std::size_t vertices = this->vertices();
+  NearestPoint nearest = nearest_point(one(), positions.subspan(3 * copy * vertices, 3 * vertices), query);
+  nearest.point.triangle += first_triangle(copy);
+  return nearest;
+}
+
+Onset Skin::look_for_contact(std::size_t copy, Positions positions, const Vec3& tool, double radius_m,
+                             Clearance& clearance) const {
+  const std::size_t vertices = this->vertices();
+  const std::uint32_t first = first_triangle(copy);
+  if (clearance.known) clearance.point.triangle -= first;
+  Onset onset = palpate::look_for_contact(one(), positions.subspan(3 * copy * vertices, 3 * vertices), tool, radius_m, clearance);
+  if (clearance.known) clearance.point.triangle += first;
+  onset.nearest.point.triangle += first;
+  return onset;
 }
 
 void Skin::place(const Vector& x, std::vector<double>& positions) const {

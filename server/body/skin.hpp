@@ -9,12 +9,19 @@
 // tip on one side of a cut, or on one member, does not move the other. With R = 0 (or below the distance to the next vertex) S is
 // the identity and the tool is a point. Reason: a tip that touches a single node pushes that node between its neighbours; a real
 // tip has a width, and slides smoothly.
+//
+// Where tools have several contact radii, the skin has a copy of the surface for each, with vertices and triangles of its own:
+// vertex i of the body is k V + i of copy k, V the number of the body's vertices, and triangle t is k T + t, T that of its
+// triangles. A point of the skin is on one copy, and stays on it where it slides.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "common/patch/onset.hpp"
 #include "common/patch/surface.hpp"
 #include "server/scene/scene.hpp"
 #include "server/solve/block_matrix.hpp"
@@ -26,12 +33,22 @@ class Skin {
   /// An empty skin, without contact.
   Skin() = default;
   /// `body` must outlive the skin. A body without triangles has an empty skin.
-  explicit Skin(const LumpedBody& body, double radius_m = 0);
+  explicit Skin(const LumpedBody& body, double radius_m = 0) : Skin(body, std::span(&radius_m, 1)) {}
+  /// The same with a copy for each of `radii_m`, of which there is at least one.
+  Skin(const LumpedBody& body, std::span<const double> radii_m);
 
   bool empty() const { return surface_.empty(); }
+  /// All copies.
   SurfaceView view() const { return surface_.view(); }
-  /// Computes vertex positions, 3 per vertex of the body; those off the surface keep their rest positions, and all are nodes of a
-  /// body without one, a sheet. `positions`: empty, or the output of an earlier call.
+  /// Number of vertices of a copy.
+  std::size_t vertices() const { return smooth_.size() / std::max<std::size_t>(copies_, 1); }
+  /// Returns the vertex of the body that a vertex of any copy is.
+  std::uint32_t of_body(std::uint32_t vertex) const { return vertex % static_cast<std::uint32_t>(vertices()); }
+  /// nearest_point() and look_for_contact() on one copy. `positions`: those of place() or rest().
+  NearestPoint nearest(std::size_t copy, Positions positions, const Vec3& query) const;
+  Onset look_for_contact(std::size_t copy, Positions positions, const Vec3& tool, double radius_m, Clearance& clearance) const;
+  /// Computes vertex positions, 3 per vertex of each copy; those off the surface keep their rest positions, and all are nodes of
+  /// a body without one, a sheet. `positions`: empty, or the output of an earlier call.
   void place(const Vector& x, std::vector<double>& positions) const;
   std::vector<double> place(const Vector& x) const;
   /// Returns a lower bound of the distance from a point to the skin [m]: that to the box around the rest positions, less the
@@ -47,8 +64,14 @@ class Skin {
   const NodeWeights& vertex_weights(std::uint32_t vertex) const { return smooth_[vertex]; }
 
  private:
+  class Reach;
+  void add_copy(double radius_m, Reach* reach);
+  SurfaceView one() const { return one_.empty() ? surface_.view() : one_.view(); }
+  std::uint32_t first_triangle(std::size_t copy) const { return static_cast<std::uint32_t>(copy * one().triangles.size()); }
+
   const LumpedBody* body_ = nullptr;
-  Surface surface_;
+  std::size_t copies_ = 0;
+  Surface surface_, one_;                // all copies; where there are several, one of them
   std::vector<Vec3> rest_;               // of all vertices
   std::vector<std::uint32_t> vertices_;  // those on the surface, ascending
   Eigen::AlignedBox3d box_;              // around their rest positions

@@ -120,6 +120,7 @@ StationJob FrameScheduler::make_station_job(const Stations& stations, const Stat
   job.playing = station.playing;
   job.wants_patch = station.served;
   job.presses = station.tool.presses();
+  job.held = station.held;
   if (station.pushes())
     job.samples = station.tool.timeline().between(body_time_, target);
   else

@@ -7,7 +7,7 @@ namespace palpate {
 
 bool same_wish(const Hello& a, const Hello& b) {
   return a.role == b.role && a.scheme == b.scheme && a.order == b.order && a.shadow_of == b.shadow_of && a.room == b.room &&
-         a.alike == b.alike && a.guides == b.guides;
+         a.alike == b.alike && a.guides == b.guides && a.tool == b.tool;
 }
 
 Handshake* Handshakes::begun(PeerId peer, const Hello& hello, Micros now) {

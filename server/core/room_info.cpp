@@ -84,6 +84,13 @@ MeshVertex drawn_vertex(const LumpedBody& body, std::uint32_t vertex, const Vec3
   return {rest.unaryExpr(&to_rest_step), body.is_fixed(vertex), body.is_wall(vertex), body.member_of(vertex)};
 }
 
+std::optional<std::uint8_t> RoomTools::number_of(const std::string& name) const {
+  if (name.empty() || name == first) return std::uint8_t{0};
+  for (std::uint8_t k = 0; k < further.size(); ++k)
+    if (further[k].held.name == name) return static_cast<std::uint8_t>(k + 1);
+  return std::nullopt;
+}
+
 RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   const LumpedBody& body = scene.body;
   const std::vector<Triangle> triangles = body.planar ? sheet_triangles(body) : body.triangles;
@@ -100,6 +107,9 @@ RoomInfo facts_of(const Scene& scene, const Vec3& home) {
   add_threads(body, facts);
   facts.mesh_hash = mesh_hash(facts.mesh);
   facts.coupling_n_m = scene.tool.contact_stiffness_n_m;
+  facts.tools.first = scene.tool.name;
+  for (const ToolSpec& tool : scene.tools)
+    facts.tools.further.push_back({{tool.name, drawn_shape(tool)}, tool.contact_stiffness_n_m});
   for (const auto& part : body.parts) {
     PartMesh& drawn = facts.parts.emplace_back(PartMesh{part->name, part->colour, part->friction, {{}, part->triangles}});
     for (const Vec3& vertex : part->vertices) drawn.mesh.vertices.push_back({vertex.unaryExpr(&to_rest_step)});

@@ -11,6 +11,20 @@
 
 namespace palpate {
 
+/// A tool of the scene beside the first.
+struct FurtherTool {
+  HeldTool held;
+  double coupling_n_m = 0;  ///< contact stiffness
+};
+
+/// The names of all tools, and what the further ones are.
+struct RoomTools {
+  std::string first = {};  ///< name of the first; empty: it has none
+  std::vector<FurtherTool> further = {};
+  /// Returns the number of the tool of that name, 0 for an empty one; none where there is no such tool.
+  std::optional<std::uint8_t> number_of(const std::string& name) const;
+};
+
 struct RoomInfo {
   std::string scene;
   ContactKind contact = ContactKind::touch;
@@ -21,10 +35,11 @@ struct RoomInfo {
   std::uint64_t mesh_hash = 0;
   std::uint64_t scene_hash = 0;  ///< scene_hash()
   std::optional<Task> task = {};
-  ToolShape tool = {};
+  ToolShape tool = {};  ///< body of the first tool, as it is drawn
   std::vector<PartMesh> parts = {};
   std::vector<BodyName> bodies = {};  ///< of a scene with several
-  double coupling_n_m = 0;            ///< contact stiffness of the tools
+  double coupling_n_m = 0;            ///< contact stiffness of the first tool
+  RoomTools tools = {};
 };
 
 /// Returns a vertex of the body at `rest` as viewers receive it.

@@ -81,6 +81,7 @@ std::uint64_t scene_hash(const Scene& scene) {
   hash.feed(scene.body);
   if (scene.tearing) hash.feed(1.0);
   hash.feed(scene.tool);
+  for (const ToolSpec& tool : scene.tools) hash.feed(tool);
   hash.feed(scene.solver);
   return hash.value();
 }

@@ -196,7 +196,8 @@ std::vector<StationReport> ServerCore::stations() const {
                        s.link.ticks_late,
                        {s.tool.counts(), s.counts},
                        s.guidance.held ? s.guidance.partner : 0,
-                       s.guidance.report.force_n});
+                       s.guidance.report.force_n,
+                       s.tool_held});
   return reports;
 }
 

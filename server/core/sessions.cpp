@@ -48,6 +48,7 @@ Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
                static_cast<std::uint8_t>(facts.parts.size()),
                facts.parts.empty() ? 0 : facts.coupling_n_m,
                facts.parts.empty() ? ToolShape() : facts.tool},
+      tools_(facts.tools),
       draw_(options.draw),
       room_(options.room),
       rooms_(in_a_list(options.rooms)) {
@@ -112,7 +113,7 @@ void Sessions::take_hello(const Message& message, PeerId from, std::size_t size,
     if (const auto no = objection(hello, asker, now)) {
       if (now - refusal_told_ >= kRefusalTold) {
         refusal_told_ = now;
-        tell(RecordedEventKind::refused, 0, hello, no->message, now);
+        tell(RecordedEventKind::refused, 0, hello, {}, no->message, now);
       }
       return refuse(message, from, *no, size, now);
     }
@@ -139,6 +140,8 @@ Station* Sessions::admit(Handshake& handshake, Micros now) {
   fresh.peer = handshake.peer;
   fresh.hello = handshake.hello;
   fresh.asked = handshake.asked;
+  fresh.held = held_by(fresh.hello).value_or(0);
+  if (fresh.held > 0) fresh.tool_held = tools_.further[fresh.held - 1].held;
   fresh.clock.take(handshake.began_clock, handshake.began);
   fresh.next_report = now + kLinkReportEvery;
   tell(RecordedEventKind::joined, fresh, "", now);
@@ -161,7 +164,33 @@ Welcome Sessions::welcome_for(const Hello& hello) const {
   Welcome welcome = welcome_;
   if (hello.role != Role::haptic || !hello.shadow_of.empty()) welcome.deadband = 0;
   welcome.station = hello.station;
+  const std::uint8_t held = held_by(hello).value_or(0);
+  if (held == 0) return welcome;
+  const FurtherTool& tool = tools_.further[held - 1];
+  welcome.turns = !tool.held.shape.empty();
+  welcome.jaws = has_jaws(tool.held.shape);
+  if (welcome.parts == 0) return welcome;
+  welcome.coupling_n_m = tool.coupling_n_m;
+  welcome.tool = tool.held.shape;
   return welcome;
+}
+
+std::optional<std::uint8_t> Sessions::held_by(const Hello& hello) const {
+  if (hello.shadow_of.empty()) return tools_.number_of(hello.tool);
+  const Station* const owner = stations_.named(hello.shadow_of);
+  return owner ? owner->held : std::uint8_t{0};
+}
+
+std::optional<Refuse> Sessions::lack_of_tool(const Hello& hello) const {
+  if (hello.tool.empty()) return std::nullopt;
+  if (hello.role == Role::viewer || !hello.shadow_of.empty())
+    return Refuse{RefuseReason::bad_request, "a station without a tool of its own cannot choose one"};
+  if (held_by(hello)) return std::nullopt;
+  std::vector<std::string> names;
+  if (!tools_.first.empty()) names.push_back(tools_.first);
+  for (const FurtherTool& tool : tools_.further) names.push_back(tool.held.name);
+  return Refuse{RefuseReason::bad_request, "no tool \"" + hello.tool + "\" in this scene; " +
+                                               (names.empty() ? "its only tool has no name" : "there is " + in_a_list(names))};
 }
 
 /// Returns the reason why this Hello cannot be granted; empty if it can.
@@ -178,6 +207,7 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, const Asker& asker
   if (holder && !gives_way(*holder, asker, now))
     return Refuse{name_taken, "station \"" + hello.station + "\" is in the room already"};
   if (const auto full = lack_of_seats(hello, in_place_of)) return full;
+  if (const auto lack = lack_of_tool(hello)) return lack;
   if (!hello.guides.empty()) {
     if (hello.role == Role::viewer || !hello.shadow_of.empty())
       return Refuse{bad_request, "a station without a tool of its own cannot guide"};
@@ -332,15 +362,17 @@ void Sessions::expel(PeerId peer, Micros now) {
 }
 
 void Sessions::tell(RecordedEventKind kind, const Station& station, const std::string& text, Micros now) const {
-  tell(kind, station.id, station.hello, text, now);
+  const bool joins = kind == RecordedEventKind::joined;
+  tell(kind, station.id, station.hello, joins ? station.tool_held : HeldTool(), text, now);
 }
 
-void Sessions::tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const {
+void Sessions::tell(RecordedEventKind kind, StationId id, const Hello& hello, const HeldTool& tool, const std::string& text,
+                    Micros now) const {
   if (!on_event) return;
   const auto role = hello.role == Role::viewer ? RecordedRole::viewer
                     : hello.shadow_of.empty()  ? RecordedRole::hand
                                                : RecordedRole::shadow;
-  on_event({now, kind, id, role, hello.scheme.value_or(kWithoutChoice), hello.station, text});
+  on_event({now, kind, id, role, hello.scheme.value_or(kWithoutChoice), hello.station, text, tool});
 }
 
 /// Returns the station that sent the same Hello before, with the name that it asked for then or the name that it got.

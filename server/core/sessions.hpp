@@ -120,6 +120,10 @@ class Sessions {
   Station* admit(Handshake& handshake, Micros now);
   StationId new_id();
   Welcome welcome_for(const Hello& hello) const;
+  /// Returns the number of the tool that it would hold; none where the scene has no such tool.
+  std::optional<std::uint8_t> held_by(const Hello& hello) const;
+  /// Returns the reason why it cannot hold the tool that it asks for.
+  std::optional<Refuse> lack_of_tool(const Hello& hello) const;
   void replace(const Station& old, const std::string& why, Micros now);
   std::optional<Refuse> objection(const Hello& hello, const Asker& asker, Micros now) const;
   bool is_successor(const Station& holder, PeerId from) const;
@@ -130,9 +134,11 @@ class Sessions {
   void say_goodbye(const Station& station, const Refuse& why, Micros now);
   Station* asked_before(const Hello& hello, PeerId from);
   std::string free_name(const std::string& like, const Asker& asker, Micros now) const;
-  void tell(RecordedEventKind kind, StationId id, const Hello& hello, const std::string& text, Micros now) const;
+  void tell(RecordedEventKind kind, StationId id, const Hello& hello, const HeldTool& tool, const std::string& text,
+            Micros now) const;
 
-  Welcome welcome_;  ///< without the station's name, and without a deadband where it gets none
+  Welcome welcome_;  ///< without the station's name, and without a deadband where it gets none; with the first tool
+  RoomTools tools_;
   SecretSource draw_;
   std::string room_, rooms_;
   Stations stations_;

@@ -63,10 +63,12 @@ struct Station {
   StationId id = 0;
   std::uint64_t secret = 0;  ///< instance number in its datagrams and ours
   PeerId peer = 0;
-  Hello hello;        ///< with the name that it has in the room
-  std::string asked;  ///< name that it asked for
-  Micros heard{};     ///< arrival of its newest datagram
-  Micros echoed{};    ///< send time of our newest datagram that it has proved to have received
+  Hello hello;            ///< with the name that it has in the room
+  std::string asked;      ///< name that it asked for
+  std::uint8_t held = 0;  ///< number of its tool in the scene, or of the one that it shares
+  HeldTool tool_held;     ///< that tool
+  Micros heard{};         ///< arrival of its newest datagram
+  Micros echoed{};        ///< send time of our newest datagram that it has proved to have received
   struct Claim {
     PeerId by = 0;
     Micros since{};
@@ -152,6 +154,7 @@ struct StationReport {
   StationCounts counts;
   StationId guided = 0;         ///< station whose tool it guides now, 0: none
   double guidance_force_n = 0;  ///< mean force of guidance over the last 0.1 s, as it reports
+  HeldTool tool = {};           ///< that it holds, or shares
 };
 
 /// Encodes the next datagram for a station; returns its bytes, 0 if it does not fit.

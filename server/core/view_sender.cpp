@@ -138,12 +138,14 @@ RoomView ViewSender::room_view(const Stations& stations) const {
   for (const auto& [id, station] : stations) {
     if (station.views()) continue;
     bytes += station.hello.station.size() + 64;
+    const HeldTool& tool = station.tool_held;
+    if (!tool.name.empty()) bytes += tool.name.size() + 36 + (has_jaws(tool.shape) ? 12 : 8) * tool.shape.size();
     if (bytes > kMostNamedBytes) break;
     LinkReport link;
     station.loss.fill(link);
     const RttStats rtt = station.clock.rtt();
     view.stations.push_back({station.hello.station, rtt.mean, rtt.jitter, station.link.patch_age, link.judged, link.lost,
-                             station.link.ticks_late, station.states, station.in_use});
+                             station.link.ticks_late, station.states, station.in_use, tool});
   }
   return view;
 }

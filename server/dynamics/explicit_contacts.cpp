@@ -38,7 +38,7 @@ void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& por
       placed = true;
     }
     const Onset onset =
-        look_for_contact(skin_->view(), skin_positions_, tools(k, at_s).position, port.sphere.radius_m, port.clearance);
+        skin_->look_for_contact(port.skin_copy, skin_positions_, tools(k, at_s).position, port.sphere.radius_m, port.clearance);
     port.point = onset.nearest.point;
     port.lambda.setZero();
     port.touching = onset.touches;

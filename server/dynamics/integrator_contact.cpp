@@ -16,7 +16,8 @@ bool Integrator::begin_contacts(const std::vector<Vec3>& tool_points, const Body
   for (std::size_t k = 0; k < ports.size(); ++k) {
     if (ports[k].kind != ContactKind::touch || ports[k].touching || ports[k].on_path() || skin_->empty()) continue;
     if (x.empty()) skin_->place(state.x, x);
-    const Onset onset = look_for_contact(skin_->view(), x, tool_points[k], ports[k].sphere.radius_m, ports[k].clearance);
+    const Onset onset =
+        skin_->look_for_contact(ports[k].skin_copy, x, tool_points[k], ports[k].sphere.radius_m, ports[k].clearance);
     ports[k].point = onset.nearest.point;
     ports[k].lambda.setZero();
     ports[k].touching = onset.touches;

@@ -35,6 +35,7 @@ struct ToolPort {
   bool body = false;             ///< true: one sphere of the tool's body (tool_shape.hpp), at whose centre the tool is
   ToolSphere sphere;             ///< touch
   bool touching = false;         ///< touch
+  std::uint8_t skin_copy = 0;    ///< touch: number of the skin's copy for its contact radius (skin.hpp)
   SurfacePoint point;            ///< touch: material point in contact, or the nearest one seen last
   Vec3 lambda = Vec3::Zero();    ///< force on the body [N]; for attach what the tool has to push with
   Clearance clearance;           ///< touch: while it does not

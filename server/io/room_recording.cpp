@@ -14,7 +14,7 @@ RecordedEvent joined_before(const StationReport& station, Micros now) {
   const auto role = station.role == Role::viewer ? RecordedRole::viewer
                     : station.shadow_of.empty()  ? RecordedRole::hand
                                                  : RecordedRole::shadow;
-  return {now, RecordedEventKind::joined, station.id, role, station.scheme, station.name, "before this recording"};
+  return {now, RecordedEventKind::joined, station.id, role, station.scheme, station.name, "before this recording", station.tool};
 }
 
 }  // namespace

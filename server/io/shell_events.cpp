@@ -82,10 +82,12 @@ void UdpServer::say(std::size_t room, const RecordedEvent& event) const {
   const bool comes = event.kind == RecordedEventKind::joined || event.kind == RecordedEventKind::refused;
   std::string text = fmt::format("station \"{}\" {}", event.name, kind);
   if (comes) text += std::string(" as ") + name_of(event.role);
+  if (!event.tool.name.empty()) text += " with tool \"" + event.tool.name + "\"";
   if (comes && sender_) text += " from " + to_string(sender_->from);
   if (!event.text.empty()) text += ": " + event.text;
   std::vector<EventField> fields{
       {"station", event.name}, {"role", name_of(event.role)}, {"station_id", static_cast<double>(event.station)}};
+  if (!event.tool.name.empty()) fields.push_back({"tool", event.tool.name});
   if (!event.text.empty()) fields.push_back({"reason", event.text});
   append(fields, sender_fields());
   say(room, kind, text, std::move(fields));

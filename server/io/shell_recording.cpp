@@ -95,7 +95,7 @@ void UdpServer::resume(std::size_t k, const NamedScene& named, const std::vector
                                 threads_of(newest.threads, named.scene.body)))
     say(k, "resumed", from.string() + " does not know how far the body's stress has faded: it begins as if it had just been bent",
         {{"file", from.string()}});
-  workers_[k]->absent = ReservedTools(found->checkpoint.holds);
+  workers_[k]->absent = ReservedTools(found->checkpoint.holds, named.scene);
   const double age_s = seconds(unix_time_now() - found->unix_time);
   const std::size_t tools = found->checkpoint.holds.size();
   say(k, "resumed",

@@ -10,8 +10,10 @@ constexpr StationId kLastId = std::numeric_limits<StationId>::max();
 
 }  // namespace
 
-ReservedTools::ReservedTools(std::vector<RecordedHold> holds) {
-  for (RecordedHold& hold : holds) hands_.push_back({kLastId - static_cast<StationId>(hands_.size()), std::move(hold)});
+ReservedTools::ReservedTools(std::vector<RecordedHold> holds, const Scene& scene) {
+  for (RecordedHold& hold : holds)
+    if (const auto held = scene.tool_named(hold.held))
+      hands_.push_back({kLastId - static_cast<StationId>(hands_.size()), std::move(hold), *held});
 }
 
 void ReservedTools::add_to(FrameJob& job, const std::vector<StationReport>& here) {
@@ -34,6 +36,7 @@ void ReservedTools::add_to(FrameJob& job, const std::vector<StationReport>& here
     rests.samples = {{job.begin, hold.tool, hold.orientation, hold.opening},
                      {job.target, hold.tool, hold.orientation, hold.opening}};
     rests.needle = hold.needle;
+    rests.held = hand.held;
     rests.wants_patch = false;
     job.stations.push_back(std::move(rests));
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/core/server_core.hpp"
+#include "server/scene/scene.hpp"
 
 namespace palpate {
 
@@ -20,7 +21,8 @@ class ReservedTools {
   static constexpr Micros kLongest{10'000'000};
 
   ReservedTools() = default;
-  explicit ReservedTools(std::vector<RecordedHold> holds);
+  /// A tool that the scene has no longer is left out.
+  ReservedTools(std::vector<RecordedHold> holds, const Scene& scene);
 
   /// Adds the tools of absent stations to a job, before the room gets it.
   void add_to(FrameJob& job, const std::vector<StationReport>& here);
@@ -33,6 +35,7 @@ class ReservedTools {
   struct Hand {
     StationId id = 0;
     RecordedHold hold;
+    std::uint8_t held = 0;  ///< number of its tool in the scene
   };
   std::vector<Hand> hands_;
   std::optional<Micros> until_;

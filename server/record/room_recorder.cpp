@@ -99,7 +99,7 @@ void RoomRecorder::add_checkpoint(const FrameResult& result, const ServerCore& c
   for (const StationReport& station : core.stations())
     for (const StationFrame& frame : result.stations)
       if (frame.id == station.id && frame.contact && station.shadow_of.empty())
-        holds.push_back({station.name, frame.tool, frame.turn, frame.opening, frame.needle});
+        holds.push_back({station.name, frame.tool, frame.turn, frame.opening, frame.needle, station.tool.name});
   RecordedCheckpoint checkpoint{result.stamp, {}, {}, std::move(holds)};
   const auto nodes = static_cast<std::uint32_t>(state.x.size() / 3);
   for (std::uint32_t node = 0; node < nodes; ++node) {

@@ -53,7 +53,7 @@ std::optional<std::vector<std::uint8_t>> held_around(BodyFrame& body, const Fram
   if (port.kind == ContactKind::attach) seed[port.node] = 1;
   if (port.kind == ContactKind::touch)
     for (const std::uint32_t corner : frame.skin().view().triangles[port.point.triangle])
-      each_node_of(frame.dynamics().body(), corner, [&](std::uint32_t node) { seed[node] = 1; });
+      each_node_of(frame.dynamics().body(), frame.skin().of_body(corner), [&](std::uint32_t node) { seed[node] = 1; });
   std::vector<std::uint8_t> near = seed;
   for (const auto& [a, b] : edges_of(frame.dynamics().body())) {
     near[a] |= seed[b];

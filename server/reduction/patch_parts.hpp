@@ -53,6 +53,9 @@ inline PatchContacts contacts_of(const LinearPort& model) {
   const std::shared_ptr<const NeedlePath>& path = model.tool_port().needle.path;
   PatchContacts contacts{static_cast<int>(model.others.contacts.size()), model.frame.has_body(model.which),
                          model.others.shaft.empty() ? 0 : path->layers.count, model.frame.has_jaws(model.which)};
+  contacts.laws = std::ranges::any_of(model.others.contacts, [&](const OtherTools::Contact& other) {
+    return model.frame.ports()[other.tool].parameters != model.tool_port().parameters;
+  });
   if (model.hyper()) contacts.on_terms = static_cast<int>(model.others.own);
   if (const auto& suture = model.tool_port().suture) contacts.bites = model.frame.state().sutures->threads[*suture].law.bites;
   return contacts;

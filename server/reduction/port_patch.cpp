@@ -52,6 +52,7 @@ void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
     OtherContact& tool = patch.others.of[static_cast<std::size_t>(patch.others.count++)];
     tool.touching = port.touching;
     tool.sphere = port.sphere;
+    if (port.parameters != model.tool_port().parameters) tool.law = port.parameters;
     const bool own = static_cast<std::size_t>(patch.others.count) <= model.others.own;
     if (!own) {
       tool.velocity = path.velocity;

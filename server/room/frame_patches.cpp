@@ -112,6 +112,7 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
   choose_port(task, job.horizon);
   if (!task.port || !job.wants_patch) return task;
   const Scene& scene = body_->scene();
+  const ToolSpec& tool = body_->spec_of(job);
   task.request = {job.scheme,
                   job.order,
                   job.horizon,
@@ -120,10 +121,9 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
                     return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, contacts);
                   },
                   body_->hand_motion(*task.port).acceleration,
-                  max_port_modes(scene.tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
+                  max_port_modes(tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
-  task.reuses =
-      body_->asleep() && cached && !scene.tool.has_body() && cached->serves(task.request, frame_model_->tool(*task.port));
+  task.reuses = body_->asleep() && cached && !tool.has_body() && cached->serves(task.request, frame_model_->tool(*task.port));
   task.builds = !task.reuses;
   if (task.builds) {
     const ExpectedSlide slide = expected_slide(body_->dynamics(), task.request);
@@ -164,7 +164,7 @@ std::optional<double> FramePatches::height_in_reach(std::size_t port, Micros hor
   const ToolAt& tool = frame_model_->tool(port);
   const double radius_m = body_->ports()[port].sphere.radius_m;
   const double reach = tool.velocity.norm() * seconds(horizon) + sudden_m + radius_m;
-  const auto nearest = body_->nearest_within(tool.position, reach);
+  const auto nearest = body_->nearest_within(port, tool.position, reach);
   if (!nearest) return std::nullopt;
   body_->move_point(port, nearest->point);
   return nearest->height_m - radius_m;
@@ -178,7 +178,7 @@ StationFrame FramePatches::frame_of(const Task& task, Micros stamp) {
     give_fading_force(job, stamp, frame);
   } else {
     frame.tool = frame_model_->tool(task.parts.front()).position;
-    if (body_->scene().tool.has_body()) frame.tool = body_->tool_of(job)->track.at(stamp).position;
+    if (body_->spec_of(job).has_body()) frame.tool = body_->tool_of(job)->track.at(stamp).position;
     for (const std::size_t k : task.parts) {
       const ToolPort& port = body_->ports()[k];
       if (port.kind != ContactKind::attach && !port.touching) continue;
@@ -243,10 +243,10 @@ void FramePatches::give_fading_force(const StationJob& job, Micros stamp, Statio
   frame.released = station->costly;
   Patch& patch = frame.patch.emplace();
   patch.scheme = Scheme::hold;
-  patch.contact = body_->scene().tool.contact;
+  patch.contact = body_->spec_of(job).contact;
   patch.constant = true;
   patch.force = station->fade->force.at(stamp);
-  if (body_->scene().tool.has_body()) {
+  if (body_->spec_of(job).has_body()) {
     patch.turn = station->track.turning(stamp).turn;
     patch.torque = station->fade->torque.at(stamp);
   }

@@ -30,12 +30,16 @@ Triangle sorted(Triangle t) {
 class MovedPoints {
  public:
   MovedPoints(const Skin& before, const Vector& x, std::vector<std::uint32_t> now)
-      : triangles_(before.view().triangles.begin(), before.view().triangles.end()), x_(before.place(x)), now_(std::move(now)) {}
+      : triangles_(before.view().triangles.begin(), before.view().triangles.end()),
+        vertices_(before.vertices()),
+        x_(before.place(x)),
+        now_(std::move(now)) {}
 
   SurfacePoint on(const Skin& skin, const Vector& x, const SurfacePoint& point) const {
     const Triangle& was = triangles_[point.triangle];
     Triangle same{};
-    for (std::size_t k = 0; k < 3; ++k) same[k] = was[k] < now_.size() ? now_[was[k]] : kNoNode;
+    const std::size_t copy = was[0] / vertices_;
+    for (std::size_t k = 0; k < 3; ++k) same[k] = on_copy(skin, copy, was[k] % vertices_);
     const SurfaceView& surface = skin.view();
     const std::span<const Triangle> triangles = surface.triangles;
     const std::span<const std::uint32_t> around =
@@ -52,11 +56,17 @@ class MovedPoints {
     }
     Vec3 at = Vec3::Zero();
     for (int k = 0; k < 3; ++k) at += point.weight[k] * vertex(x_, was[static_cast<std::size_t>(k)]);
-    return nearest_point(skin.view(), skin.place(x), at).point;
+    return skin.nearest(copy, skin.place(x), at).point;
   }
 
  private:
+  std::uint32_t on_copy(const Skin& skin, std::size_t copy, std::size_t before) const {
+    const std::uint32_t now = before < now_.size() ? now_[before] : kNoNode;
+    return now == kNoNode ? kNoNode : static_cast<std::uint32_t>(copy * skin.vertices() + now);
+  }
+
   std::vector<Triangle> triangles_;
+  std::size_t vertices_;
   std::vector<double> x_;
   std::vector<std::uint32_t> now_;
 };
@@ -224,7 +234,7 @@ void LiveCuts::carry_over(const BodyState& before, std::span<const double> share
 /// Replaces the body, and all that is of its nodes alone.
 void LiveCuts::renew(const LumpedBody& body) {
   of_.scene->body = body;
-  *of_.skin = Skin(of_.scene->body, of_.scene->tool.radius_m);
+  *of_.skin = Skin(of_.scene->body, of_.scene->contact_radii());
   if (*of_.tissue) {
     const std::span own = std::span(cut_.number()).first(own_nodes(cut_.uncut()));
     const auto there = std::ranges::count_if(own, [](std::uint32_t node) { return node != kNoNode; });

@@ -101,7 +101,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   if (!state_->threads.empty()) state_->threads.advance(body.dynamics(), body.state());
   if (job.shapes) {
     const std::vector<double> x = body.skin().place(body.state().x);
-    for (std::uint32_t i = 0; 3 * std::size_t{i} < x.size(); ++i) result.positions.emplace_back(vertex(x, i));
+    for (std::uint32_t i = 0; i < body.scene().body.vertices(); ++i) result.positions.emplace_back(vertex(x, i));
     state_->threads.append(result.positions);
   }
   if (job.state) result.state = body.state();

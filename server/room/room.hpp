@@ -56,6 +56,7 @@ struct StationJob {
   bool wants_patch = true;             ///< false: its tool only exerts force in this frame
   std::optional<NeedleInBody> needle = {};  ///< where its needle begins, if its tool is not there yet
   std::uint32_t presses = 0;                ///< how often a button of its tool was pressed since it joined
+  std::uint8_t held = 0;                    ///< number of its tool (Scene::tool_of()), not of one that shares another's
 };
 
 struct FrameJob {

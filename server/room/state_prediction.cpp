@@ -92,7 +92,10 @@ ToolAt moved(const HandRollout& rollout, const Hand& hand, const ToolAt& dead_re
 }  // namespace
 
 StatePrediction::StatePrediction(SteppedBody& body) : body_(&body) {
-  const bool unaffordable = body.integrator().cost > kBodyCostMax && body.scene().tool.shape.size() > 1;
+  const Scene& scene = body.scene();
+  const auto has_several = [](const ToolSpec& tool) { return tool.shape.size() > 1; };
+  const bool unaffordable =
+      body.integrator().cost > kBodyCostMax && (has_several(scene.tool) || std::ranges::any_of(scene.tools, has_several));
   if (!body.integrator().stepper->is_stateless() || body.dynamics().body().is_solid() || unaffordable)
     long_steps_.emplace(body.dynamics(), body.skin());
 }

@@ -11,7 +11,7 @@ namespace palpate {
 
 SteppedBody::SteppedBody(const Scene& scene, const SteppedBody* like)
     : scene_(scene),
-      skin_(scene_.body, scene_.tool.radius_m),
+      skin_(scene_.body, scene_.contact_radii()),
       tissue_(scene_.tool.needle ? std::make_unique<NeedleTissue>(scene_, skin_) : nullptr),
       dynamics_(std::in_place, scene_.body),
       integrator_(like ? same_stepper(like->integrator_, *dynamics_, skin_) : choose_stepper(scene_, *dynamics_, skin_)),
@@ -119,12 +119,12 @@ bool SteppedBody::may_meet(std::size_t k, Micros until) const {
   const Vec3 from = tool(k, time()).position;
   double way_m = (tool(k, until).position - from).norm();
   for (Micros t = time(); t < until; t += kTick) way_m = std::max(way_m, (tool(k, t).position - from).norm());
-  return nearest_within(from, way_m + ports_[k].sphere.radius_m + kStrayMarginM).has_value();
+  return nearest_within(k, from, way_m + ports_[k].sphere.radius_m + kStrayMarginM).has_value();
 }
 
-std::optional<NearestPoint> SteppedBody::nearest_within(const Vec3& tool, double far_m) const {
+std::optional<NearestPoint> SteppedBody::nearest_within(std::size_t k, const Vec3& tool, double far_m) const {
   if (skin_.empty() || skin_.distance_at_least(tool, body_.x) >= far_m) return std::nullopt;
-  const NearestPoint nearest = nearest_point(skin_.view(), skin_.place(body_.x), tool);
+  const NearestPoint nearest = skin_.nearest(ports_[k].skin_copy, skin_.place(body_.x), tool);
   return nearest.height_m < far_m ? std::optional(nearest) : std::nullopt;
 }
 

@@ -47,6 +47,7 @@ class SteppedBody {
     std::optional<ReleaseFade> fade;
     bool costly = false;        ///< true: it fades because it cost too much
     std::uint32_t presses = 0;  ///< of its buttons, up to now
+    std::uint8_t held = 0;      ///< number of it in the scene
   };
 
   /// `like`: a body of the same scene, whose state at rest, kind of stepper and softest mode are copied, not computed
@@ -100,6 +101,8 @@ class SteppedBody {
   std::vector<std::size_t> ports_of(StationId id) const;
   /// Returns the tool that a station feels with; null if it has no samples.
   const StationTool* tool_of(const StationJob& job) const;
+  /// Returns what the tool that a station feels with is; the scene's first if that has no samples.
+  const ToolSpec& spec_of(const StationJob& job) const;
   /// Returns the tool of port k in body time, of a body the centre of its sphere; in a grasp its node moves from where it was
   /// grasped to the tool.
   ToolAt tool(std::size_t k, Micros t) const { return tool_at(tools_.at(ports_[k].tool), ports_[k].sphere, t); }
@@ -109,8 +112,8 @@ class SteppedBody {
   /// Returns the share of it that the hand's own past shows to be predictable, and how far it comes back of a swing
   /// (predictability.hpp): the motion that the other stations' patches expect.
   HandMotion predictable_motion(std::size_t k) const;
-  /// Returns the nearest point of the surface to `tool`, if it is nearer than `far_m`.
-  std::optional<NearestPoint> nearest_within(const Vec3& tool, double far_m) const;
+  /// Returns the nearest point of the surface as the tool of port k meets it to `tool`, if it is nearer than `far_m`.
+  std::optional<NearestPoint> nearest_within(std::size_t k, const Vec3& tool, double far_m) const;
 
  private:
   static constexpr Micros kOff{1'000'000};

@@ -17,6 +17,7 @@ void SteppedBody::take_samples(const FrameJob& job) {
     const auto [place, is_new] = tools_.try_emplace(j.id);
     StationTool& tool = place->second;
     if (is_new) tool.presses = j.presses;
+    if (is_new) tool.held = j.held;
     tool.track.add(j.samples, time());
     note_past(tool, j.horizon);
     tool.track.forget_before(time() - kTrackKept);
@@ -39,22 +40,19 @@ void SteppedBody::sync_ports(const FrameJob& job) {
   for (const StationJob& j : job.stations) {
     StationTool& tool = tools_[j.id];
     if (!ports_of(j.id).empty() || j.shadow_of != 0 || tool.track.empty() || stays_off(tool)) continue;
-    ToolPort port;
-    port.kind = scene_.tool.contact;
-    port.node = scene_.tool.node;
-    port.parameters = {scene_.tool.contact_stiffness_n_m, scene_.tool.friction};
-    port.tool = j.id;
+    const ToolPort port = port_of(scene_, tool.held, j.id);
     if (port.kind == ContactKind::attach) {
       const Vec3 offset = at_node(body_.x, port.node) - tool.track.at(time()).position;
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
-    if (const std::optional<std::uint32_t> thread = next_thread()) {
+    const std::optional<std::uint32_t> thread = tool.held == 0 ? next_thread() : std::nullopt;
+    if (thread) {
       ports_.push_back(suture_port(body_, *thread, port));
       continue;
     }
-    std::vector<ToolPort> parts = parts_of(scene_.tool.shape, tissue_.get(), port);
-    if (j.needle && tissue_) put_in_body(*j.needle, parts);
+    std::vector<ToolPort> parts = parts_of(scene_.tool_of(tool.held), tissue_.get(), port);
+    if (j.needle && parts.front().needle.part == NeedlePart::tip) put_in_body(*j.needle, parts);
     ports_.insert(ports_.end(), parts.begin(), parts.end());
   }
   if (!scene_.tool.holds.empty() && !holds_thread())
@@ -131,6 +129,11 @@ const SteppedBody::StationTool* SteppedBody::tool_of(const StationJob& job) cons
   return tool == tools_.end() || tool->second.track.empty() ? nullptr : &tool->second;
 }
 
+const ToolSpec& SteppedBody::spec_of(const StationJob& job) const {
+  const StationTool* const tool = tool_of(job);
+  return tool ? scene_.tool_of(tool->held) : scene_.tool;
+}
+
 HandMotion SteppedBody::hand_motion(std::size_t k) const {
   const StationTool& station = tools_.at(ports_[k].tool);
   const ToolSphere& sphere = ports_[k].sphere;
@@ -168,7 +171,8 @@ void SteppedBody::reset() {
 void SteppedBody::release_tool(StationId id, Micros off) {
   if (const auto tool = tools_.find(id); tool != tools_.end()) {  // else its station left in this very frame
     const TurningTool at = tool->second.track.turning(time());
-    const std::vector<double> surface = scene_.tool.has_body() ? skin_.place(body_.x) : std::vector<double>();
+    const std::vector<double> surface =
+        scene_.tool_of(tool->second.held).has_body() ? skin_.place(body_.x) : std::vector<double>();
     Wrench felt;
     for (const std::size_t k : ports_of(id)) {
       const ToolPort& port = ports_[k];
@@ -226,7 +230,7 @@ bool SteppedBody::release_longest(std::size_t most, Micros begin, Micros until) 
 
 bool SteppedBody::stays_off(StationTool& tool) const {
   if (!tool.fade) return false;
-  if (!tool.fade->over(time(), scene_.tool, skin_, body_.x, tool.track.turning(time()))) return true;
+  if (!tool.fade->over(time(), scene_, tool.held, skin_, body_.x, tool.track.turning(time()))) return true;
   tool.fade.reset();
   tool.costly = false;
   return false;

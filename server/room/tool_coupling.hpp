@@ -29,9 +29,28 @@ namespace palpate {
 
 inline constexpr Micros kGraspTime{500'000};  ///< for a distance of at most kGraspReachM: the node moves at 0.19 m/s at most
 
+/// Returns the number of the skin's copy for the scene's tool number `held`.
+inline std::uint8_t copy_of(const Scene& scene, std::size_t held) {
+  const std::vector<double> radii = scene.contact_radii();
+  return static_cast<std::uint8_t>(std::ranges::find(radii, scene.tool_of(held).radius_m) - radii.begin());
+}
+
+/// Returns what all ports of the scene's tool number `held` have; `tool`: their number of it.
+inline ToolPort port_of(const Scene& scene, std::size_t held, std::uint32_t tool) {
+  const ToolSpec& spec = scene.tool_of(held);
+  ToolPort port;
+  port.kind = spec.contact;
+  port.node = spec.node;
+  port.parameters = {spec.contact_stiffness_n_m, spec.friction};
+  port.tool = tool;
+  port.skin_copy = copy_of(scene, held);
+  return port;
+}
+
 /// Returns the ports of a tool: one for each sphere of its body, those of a needle in `tissue`, or the point itself.
-inline std::vector<ToolPort> parts_of(const ToolShape& shape, const NeedleTissue* tissue, const ToolPort& port) {
-  if (tissue) return needle_ports(port, *tissue);
+inline std::vector<ToolPort> parts_of(const ToolSpec& spec, const NeedleTissue* tissue, const ToolPort& port) {
+  const ToolShape& shape = spec.shape;
+  if (spec.needle) return needle_ports(port, *tissue);
   if (shape.empty()) return {port};
   std::vector<ToolPort> parts(shape.size(), port);
   for (std::size_t k = 0; k < shape.size(); ++k) {
@@ -64,13 +83,14 @@ struct ReleaseFade {
 
   ReleaseFade(Micros since, const Wrench& felt, Micros for_at_least = kFadeTime)
       : force{since, kFadeTime, felt.force}, torque{since, kFadeTime, felt.torque}, off(for_at_least) {}
-  /// Returns true if the tool may grasp or touch a body at `x` from now on.
-  bool over(Micros now, const ToolSpec& spec, const Skin& skin, const Vector& x, const TurningTool& tool) const {
+  /// Returns true if the scene's tool number `held` may grasp or touch a body at `x` from now on.
+  bool over(Micros now, const Scene& scene, std::size_t held, const Skin& skin, const Vector& x, const TurningTool& tool) const {
+    const ToolSpec& spec = scene.tool_of(held);
     if (now < force.begin + off) return false;
     if (spec.contact == ContactKind::attach || skin.empty()) return true;
     const std::vector<double> surface = skin.place(x);
     const auto is_outside = [&](const ToolSphere& part) {
-      return nearest_point(skin.view(), surface, tool.centre_of(part).position).height_m > part.radius_m;
+      return skin.nearest(copy_of(scene, held), surface, tool.centre_of(part).position).height_m > part.radius_m;
     };
     return spec.shape.empty() ? is_outside({}) : std::all_of(spec.shape.begin(), spec.shape.end(), is_outside);
   }

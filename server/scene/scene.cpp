@@ -1,5 +1,7 @@
 #include "server/scene/scene.hpp"
 
+#include <algorithm>
+
 #include "common/json/json.hpp"
 #include "server/scene/capsule.hpp"
 #include "server/scene/cuts.hpp"
@@ -89,6 +91,7 @@ Scene build(const SceneText& text) {
   Scene scene;
   scene.name = settings.name;
   scene.tool = settings.tool;
+  scene.tools = settings.tools;
   scene.solver.step_s = settings.step_ms * 1e-3;
   scene.solver.integrator = settings.integrator;
   if (!settings.members.empty()) {
@@ -117,6 +120,20 @@ Scene build(const SceneText& text) {
 }
 
 }  // namespace
+
+std::optional<std::uint8_t> Scene::tool_named(const std::string& named) const {
+  if (named.empty()) return std::uint8_t{0};
+  for (std::uint8_t held = 0; held <= tools.size(); ++held)
+    if (tool_of(held).name == named) return held;
+  return std::nullopt;
+}
+
+std::vector<double> Scene::contact_radii() const {
+  std::vector<double> radii{tool.radius_m};
+  for (const ToolSpec& other : tools)
+    if (std::ranges::find(radii, other.radius_m) == radii.end()) radii.push_back(other.radius_m);
+  return radii;
+}
 
 Scene load_scene(const std::filesystem::path& file, const MeshFolders& besides) { return build(SceneText(file, besides)); }
 

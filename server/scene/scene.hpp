@@ -194,6 +194,8 @@ struct NeedleSpec {
   bool is_blade = false;
 };
 
+inline constexpr std::size_t kMaxTools = 8;  ///< of a scene
+
 struct ToolSpec {
   ContactKind contact = ContactKind::touch;
   std::uint32_t node = 0;                 ///< attach: index into LumpedBody::nodes
@@ -203,6 +205,7 @@ struct ToolSpec {
   ToolShape shape = {};                   ///< touch: body of the tool; empty: a point
   std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle, or a blade's
   std::vector<std::uint32_t> holds = {};  ///< sutures whose ends the first hand holds in turn: its tool does not touch
+  std::string name = {};                  ///< by which hands ask for it; empty: it has none
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }
 };
@@ -220,10 +223,17 @@ class CutBody;
 struct Scene {
   std::string name;
   LumpedBody body;
-  ToolSpec tool;
+  ToolSpec tool;  ///< of hands that ask for none
   SolverSpec solver;
   std::optional<Task> task = {};                ///< for a trainee
   std::shared_ptr<const CutBody> tearing = {};  ///< cuts of `body` that tear on; null: it does not tear
+  std::vector<ToolSpec> tools = {};             ///< further ones, each with a name, which touch: points or bodies
+  /// Returns tool number `held`: 0 is `tool`, the others are `tools`.
+  const ToolSpec& tool_of(std::size_t held) const { return held == 0 ? tool : tools.at(held - 1); }
+  /// Returns the number of the tool of that name, 0 for an empty one; none where the scene has no such tool.
+  std::optional<std::uint8_t> tool_named(const std::string& named) const;
+  /// Returns the contact radii of all tools, each once, that of `tool` first: the skin has a copy for each (skin.hpp).
+  std::vector<double> contact_radii() const;
   /// Returns true if the body may be parted while a room runs.
   bool is_cut_live() const { return tearing || (tool.needle && tool.needle->is_blade); }
 };

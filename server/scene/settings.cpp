@@ -220,33 +220,41 @@ NeedleSpec read_blade(const SceneText& text, const schema::BladeT& in, const sch
           required(text, blade + ".width_m", in.width_m, 1e-3, 0.1, "m"), true};
 }
 
-void read_tool(const SceneText& text, const schema::ToolT& in, const schema::BodyT& body, SceneSettings& out) {
-  const std::string node = "tool.node";
-  const auto usual = out.lattice.planar ? ContactKind::attach : ContactKind::touch;
-  out.tool.contact =
-      static_cast<ContactKind>(choice(text, "tool.contact", in.contact, kContactNames, static_cast<std::size_t>(usual)));
-  if (out.lattice.planar && out.tool.contact == ContactKind::touch) {
-    text.refuse("tool.contact", "the tool touches a sheet, which has no surface", "\"attach\"");
-  }
-  text.in_range("tool.mu", in.mu, 0, 2, "");
-  text.in_range("tool.contact_stiffness_n_m", in.contact_stiffness_n_m, 1, 1e6, "N/m");
-  text.in_range("tool.radius_m", in.radius_m, 0, 0.5, "m");
-  out.tool.friction = in.mu;
-  out.tool.contact_stiffness_n_m = in.contact_stiffness_n_m;
-  out.tool.radius_m = in.radius_m;
-  if (text.has("tool.named") && text.has("tool.body"))
-    text.refuse("tool.named", "tool.named and tool.body are both given", "one of them");
-  if (text.has("tool.named")) {
-    const NamedTool* named = find_tool(in.named);
+/// Reads what every tool has, at `path`.
+ToolSpec read_any_tool(const SceneText& text, const std::string& path, const schema::ToolT& in, bool on_sheet) {
+  ToolSpec out;
+  const std::string named = path + ".named", body = path + ".body";
+  const auto usual = on_sheet ? ContactKind::attach : ContactKind::touch;
+  out.contact =
+      static_cast<ContactKind>(choice(text, path + ".contact", in.contact, kContactNames, static_cast<std::size_t>(usual)));
+  if (on_sheet && out.contact == ContactKind::touch)
+    text.refuse(path + ".contact", "the tool touches a sheet, which has no surface", "\"attach\"");
+  text.in_range(path + ".mu", in.mu, 0, 2, "");
+  text.in_range(path + ".contact_stiffness_n_m", in.contact_stiffness_n_m, 1, 1e6, "N/m");
+  text.in_range(path + ".radius_m", in.radius_m, 0, 0.5, "m");
+  if (text.has(path + ".name") && !is_name(in.name))
+    text.refuse(path + ".name", std::string("1 to 64 bytes of ") + kNameCharacters);
+  out.name = in.name;
+  out.friction = in.mu;
+  out.contact_stiffness_n_m = in.contact_stiffness_n_m;
+  out.radius_m = in.radius_m;
+  if (text.has(named) && text.has(body)) text.refuse(named, named + " and " + body + " are both given", "one of them");
+  if (text.has(named)) {
+    const NamedTool* known = find_tool(in.named);
     std::string names;
     for (const NamedTool& tool : named_tools()) names += (names.empty() ? "\"" : ", \"") + tool.name + "\"";
-    if (!named) text.refuse("tool.named", names);
-    out.tool.shape = named->shape;
+    if (!known) text.refuse(named, names);
+    out.shape = known->shape;
   }
-  if (in.body) out.tool.shape = read_tool_body(text, "tool.body", *in.body);
-  if (!out.tool.shape.empty() && out.tool.contact == ContactKind::attach)
-    text.refuse(in.body ? "tool.body" : "tool.named", "a grasp has a tool with a body",
-                "a body only where tool.contact is \"touch\"");
+  if (in.body) out.shape = read_tool_body(text, body, *in.body);
+  if (!out.shape.empty() && out.contact == ContactKind::attach)
+    text.refuse(in.body ? body : named, "a grasp has a tool with a body", "a body only where " + path + ".contact is \"touch\"");
+  return out;
+}
+
+void read_tool(const SceneText& text, const schema::ToolT& in, const schema::BodyT& body, SceneSettings& out) {
+  const std::string node = "tool.node";
+  out.tool = read_any_tool(text, "tool", in, out.lattice.planar);
   if (in.needle) out.tool.needle = read_needle(text, *in.needle, out);
   if (in.blade) out.tool.needle = read_blade(text, *in.blade, body, out);
   if (!text.has(node)) return;
@@ -258,6 +266,30 @@ void read_tool(const SceneText& text, const schema::ToolT& in, const schema::Bod
   for (std::size_t i = 0; i < in.node.size(); ++i) {
     text.in_range(at(node, i), in.node[i], 0, out.lattice.nodes[i] - 1, "");
     (*out.tool_node)[i] = in.node[i];
+  }
+}
+
+/// Reads the tools beside the first.
+void read_tools(const SceneText& text, SceneSettings& out) {
+  const auto& in = text.values().tools;
+  if (in.empty()) return;
+  if (in.size() + 1 > kMaxTools)
+    text.refuse("tools", fmt::format("tools has {} of them", in.size()), fmt::format("at most {} beside tool", kMaxTools - 1));
+  if (out.tool.contact == ContactKind::attach)
+    text.refuse("tools", "tools is given beside a tool that grasps a node", "a tool.contact of \"touch\"");
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const std::string path = at("tools", i), name = path + ".name";
+    for (const char* field : {".node", ".needle", ".blade", ".holds"})
+      if (text.has(path + field))
+        text.refuse(path + field, path + field + " is given", "it only in tool: the others are points or have a body");
+    ToolSpec tool = read_any_tool(text, path, *in[i], false);
+    if (tool.contact == ContactKind::attach)
+      text.refuse(path + ".contact", path + ".contact is \"attach\"", "\"touch\": only tool may grasp a node");
+    if (tool.name.empty()) text.refuse(name, std::string("1 to 64 bytes of ") + kNameCharacters);
+    const auto same = [&](const ToolSpec& other) { return other.name == tool.name; };
+    if (same(out.tool) || std::ranges::any_of(out.tools, same))
+      text.refuse(name, name + " is \"" + tool.name + "\", as that of a tool before", "a name of its own");
+    out.tools.push_back(std::move(tool));
   }
 }
 
@@ -376,6 +408,7 @@ SceneSettings read_settings(const SceneText& text) {
   } else {
     read_body(text, out);
   }
+  read_tools(text, out);
   read_solver(text, in.solver ? *in.solver : schema::SolverT(), out);
   out.task = read_task_settings(text, out.lump);
   out.parts = read_parts(text, out);

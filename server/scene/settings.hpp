@@ -169,6 +169,7 @@ struct SceneSettings {
   bool is_loaded = false;  ///< true: the shape is given as loaded by gravity
   std::vector<TissueLayer> tissue;
   ToolSpec tool;                                ///< tool.node is not set yet
+  std::vector<ToolSpec> tools = {};             ///< further ones
   std::optional<std::array<int, 3>> tool_node;  ///< lattice indices
   double step_ms = 10;                          ///< step of the solver
   IntegratorKind integrator = IntegratorKind::automatic;

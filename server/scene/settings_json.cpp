@@ -299,6 +299,41 @@ void add_body(Json& body, const SceneSettings& settings) {
   }
 }
 
+void add_tool(Json& tool, const SceneSettings& settings, const ToolSpec& spec) {
+  if (!spec.name.empty()) tool.add("name", Json::string(spec.name));
+  tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(spec.contact)]));
+  tool.add("mu", Json::number(spec.friction));
+  tool.add("contact_stiffness_n_m", Json::number(spec.contact_stiffness_n_m));
+  tool.add("radius_m", Json::number(spec.radius_m));
+  if (!spec.shape.empty()) {
+    Json& shape = tool.add("body", Json::object());
+    const auto on_jaw = std::ranges::find_if(spec.shape, &ToolSphere::on_jaw);
+    if (on_jaw != spec.shape.end()) {
+      Json& jaws = shape.add("jaws", Json::object());
+      jaws.add("hinge_z_m", Json::number(on_jaw->hinge_m));
+      jaws.add("open_deg", Json::number(2 * std::abs(on_jaw->swing_rad) * 180 / std::numbers::pi));
+    }
+    Json& spheres = shape.add("spheres", Json::array());
+    for (const ToolSphere& sphere : spec.shape) {
+      Json part = Json::object();
+      part.add("center_m", list(sphere.centre));
+      part.add("radius_m", Json::number(sphere.radius_m));
+      if (sphere.on_jaw()) part.add("jaw", Json::number(sphere.swing_rad > 0 ? 1 : -1));
+      spheres.items.push_back(std::move(part));
+    }
+  }
+  if (spec.needle) {
+    const NeedleSpec& of = *spec.needle;
+    Json& needle = tool.add(of.is_blade ? "blade" : "needle", Json::object());
+    needle.add("length_m", Json::number(of.length_m));
+    needle.add(of.is_blade ? "width_m" : "diameter_m", Json::number(of.width_m));
+  }
+  if (!spec.holds.empty()) {
+    Json& holds = tool.add("holds", Json::array());
+    for (const std::uint32_t suture : spec.holds) holds.items.push_back(Json::string(settings.sutures[suture].name));
+  }
+}
+
 }  // namespace
 
 Json to_json(const SceneSettings& settings) {
@@ -330,38 +365,11 @@ Json to_json(const SceneSettings& settings) {
       parts.items.push_back(std::move(item));
     }
   }
-  Json& tool = out.add("tool", Json::object());
-  tool.add("contact", Json::string(kContactNames[static_cast<std::size_t>(settings.tool.contact)]));
-  if (settings.tool_node) tool.add("node", list(*settings.tool_node, 3));
-  tool.add("mu", Json::number(settings.tool.friction));
-  tool.add("contact_stiffness_n_m", Json::number(settings.tool.contact_stiffness_n_m));
-  tool.add("radius_m", Json::number(settings.tool.radius_m));
-  if (!settings.tool.shape.empty()) {
-    Json& shape = tool.add("body", Json::object());
-    const auto on_jaw = std::ranges::find_if(settings.tool.shape, &ToolSphere::on_jaw);
-    if (on_jaw != settings.tool.shape.end()) {
-      Json& jaws = shape.add("jaws", Json::object());
-      jaws.add("hinge_z_m", Json::number(on_jaw->hinge_m));
-      jaws.add("open_deg", Json::number(2 * std::abs(on_jaw->swing_rad) * 180 / std::numbers::pi));
-    }
-    Json& spheres = shape.add("spheres", Json::array());
-    for (const ToolSphere& sphere : settings.tool.shape) {
-      Json part = Json::object();
-      part.add("center_m", list(sphere.centre));
-      part.add("radius_m", Json::number(sphere.radius_m));
-      if (sphere.on_jaw()) part.add("jaw", Json::number(sphere.swing_rad > 0 ? 1 : -1));
-      spheres.items.push_back(std::move(part));
-    }
-  }
-  if (settings.tool.needle) {
-    const NeedleSpec& spec = *settings.tool.needle;
-    Json& needle = tool.add(spec.is_blade ? "blade" : "needle", Json::object());
-    needle.add("length_m", Json::number(spec.length_m));
-    needle.add(spec.is_blade ? "width_m" : "diameter_m", Json::number(spec.width_m));
-  }
-  if (!settings.tool.holds.empty()) {
-    Json& holds = tool.add("holds", Json::array());
-    for (const std::uint32_t suture : settings.tool.holds) holds.items.push_back(Json::string(settings.sutures[suture].name));
+  add_tool(out.add("tool", Json::object()), settings, settings.tool);
+  if (settings.tool_node) out.items.back().add("node", list(*settings.tool_node, 3));
+  if (!settings.tools.empty()) {
+    Json& tools = out.add("tools", Json::array());
+    for (const ToolSpec& tool : settings.tools) add_tool(tools.items.emplace_back(Json::object()), settings, tool);
   }
   Json& solver = out.add("solver", Json::object());
   solver.add("step_ms", Json::number(settings.step_ms));

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "common/base/error.hpp"
 #include "server/scene/settings_fields.hpp"
 #include "tool_files.hpp"
 
@@ -133,6 +134,14 @@ ToolShape drawn_shape(const ToolSpec& tool) {
     shape.push_back(sphere(Vec3(0, 0, std::min(along_m, kMaxToolReachM)), radius_m));
   }
   return shape;
+}
+
+std::uint8_t tool_number(const Scene& scene, const std::string& name, const std::string& where) {
+  if (const auto number = scene.tool_named(name)) return *number;
+  std::string names = scene.tool.name;
+  for (const ToolSpec& tool : scene.tools) names += (names.empty() ? "" : ", ") + tool.name;
+  throw InputError(where, "'" + name + "' is no tool of " + scene.name,
+                   names.empty() ? "none: its only tool has no name" : "one of " + names);
 }
 
 std::string list_of_tools() {

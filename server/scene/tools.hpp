@@ -21,6 +21,10 @@ const std::vector<NamedTool>& named_tools();
 /// are not theirs.
 ToolShape drawn_shape(const ToolSpec& tool);
 
+/// Returns the number of the scene's tool of that name (Scene::tool_named()). Throws InputError, with `where` and the names that
+/// there are, if it has none.
+std::uint8_t tool_number(const Scene& scene, const std::string& name, const std::string& where);
+
 /// Returns the tool of that name, or nullptr.
 const NamedTool* find_tool(const std::string& name);
 

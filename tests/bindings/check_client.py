@@ -84,6 +84,8 @@ def check_session():
             assert before.has_patch and before.force.shape == (3,)
             nowhere = client.tick([np.nan, 0, 0])
             assert np.isfinite(nowhere.force).all()
+        refused = raised(RuntimeError, lambda: palpate.Client(address, tool="scalpel").wait(20))
+        assert 'no tool "scalpel" in this scene' in refused, refused
         assert raised(RuntimeError, lambda: palpate.Client(address, room="attic").wait(20)).startswith(f"{address} refuses the station")
     recording = palpate.Recording(file)
     assert recording.kind == "room" and recording.complete and recording.blocks_lost == 0, recording.damage

@@ -258,6 +258,19 @@ def check_instruments():
     expect(palpate.InputError, "(n, 7) with an orientation", lambda: room.step(np.zeros((4, 5))))
 
 
+def check_tools():
+    """A tool that is asked for by name has the bits that it has where it is the scene's only one."""
+    described = json.loads(places.scene("touch-cube").read_text())
+    ball = {"mu": 0.5, "named": "ball", "contact_stiffness_n_m": 2000}
+    alone = palpate.Scene.from_json(json.dumps(described | {"tool": ball}), "alone", [places.scenes])
+    both = palpate.Scene.from_json(json.dumps(described | {"tools": [ball | {"name": "ball"}]}), "both", [places.scenes])
+    down = alone.home - np.outer(np.arange(1, 101), [0, 0, 0.0003])
+    by_name, only = palpate.Room(both).step(down, held={1: "ball"}).tool(), palpate.Room(alone).step(down).tool()
+    assert only.force[2] > 0.1 and np.array_equal(by_name.force, only.force) and np.array_equal(by_name.torque, only.torque)
+    assert not np.allclose(palpate.Room(both).step(down).tool().force, only.force, rtol=0.01)
+    expect(palpate.InputError, "'probe' is no tool of", lambda: palpate.Room(both).step(down, held={1: "probe"}))
+
+
 def check_documentation():
     """Every public name has a docstring and its type in the stub, and the stub has no others."""
     tree = ast.parse((places.sources / "bindings/python/palpate/__init__.pyi").read_text())
@@ -284,6 +297,7 @@ def main():
     check_errors(scene)
     check_threads(scene)
     check_instruments()
+    check_tools()
     check_types()
     check_documentation()
     organ = palpate.Scene.from_json(places.scene("organ").read_text(), "organ", [places.scenes])

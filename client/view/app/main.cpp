@@ -39,7 +39,8 @@ void check_source(const CLI::App& app, const ViewOptions& options) {
                      "a server to watch or a recording to play");
   const bool played = app.count("--recording") > 0;
   if (played && options.recording.empty()) throw InputError("--recording", "is empty", "a file");
-  for (const char* flag : {"--key", "--token", "--station", "--room", "--touch", "--guide", "--after-s", "--kbit-s", "--record"})
+  for (const char* flag :
+       {"--key", "--token", "--station", "--room", "--touch", "--guide", "--tool", "--after-s", "--kbit-s", "--record"})
     if (played && app.count(flag) > 0) throw InputError(flag, "together with --recording", "--server with it");
   if (!played && app.count("--at") > 0) throw InputError("--at", "together with --server", "--recording with it");
 }
@@ -71,12 +72,12 @@ void check(const CLI::App& app, const ViewOptions& options) {
     throw InputError("--token", "without --key", "the key that it was issued for");
   if (!options.touch.empty() && options.offscreen())
     throw InputError("--touch", "together with --screenshot or --frames", "a window: there is no mouse without one");
-  if (app.count("--guide") > 0 &&
-      (options.touch.empty() || options.guide.empty() || options.guide.size() > static_cast<std::size_t>(kMaxNameBytes) ||
-       !is_plain_name(options.guide)))
-    throw InputError("--guide", options.touch.empty() ? "without --touch" : "is no name",
-                     options.touch.empty() ? "the mouse as a station, which guides"
-                                           : fmt::format("1 to {} bytes of {}", kMaxNameBytes, kNameCharacters));
+  for (const auto& [flag, given, does] : {std::tuple("--guide", &options.guide, "guides"), {"--tool", &options.tool, "holds it"}})
+    if (app.count(flag) > 0 && (options.touch.empty() || given->empty() ||
+                                given->size() > static_cast<std::size_t>(kMaxNameBytes) || !is_plain_name(*given)))
+      throw InputError(flag, options.touch.empty() ? "without --touch" : "is no name",
+                       options.touch.empty() ? fmt::format("the mouse as a station, which {}", does)
+                                             : fmt::format("1 to {} bytes of {}", kMaxNameBytes, kNameCharacters));
   if (options.look.patch && options.touch.empty())
     throw InputError("--patch", "without --touch", "a hand of this viewer's own, whose patches it has");
 }
@@ -121,6 +122,8 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
       "the mouse touches the body, as a station; --touch=NAME names it, default: \"mouse\", with a number if that is taken");
   app.add_option("--guide", options.guide,
                  "with --touch: station of this room whose tool the mouse guides (palpate-client --guide)")
+      ->type_name("NAME");
+  app.add_option("--tool", options.tool, "with --touch: name of the tool that the mouse holds (palpate-client --tool)")
       ->type_name("NAME");
   app.add_flag("--patch", options.look.patch, "with --touch: show how its patches predicted the server's next frame");
   app.add_option("--record", options.record, "record the received data to a new FILE")->type_name("FILE");

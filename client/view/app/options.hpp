@@ -18,6 +18,7 @@ struct ViewOptions {
   int width = 1280, height = 800;
   std::string touch;                       ///< name of the mouse's station; empty: view only
   std::string guide;                       ///< station that the mouse guides; empty: none
+  std::string tool;                        ///< name of the tool that the mouse holds; empty: the scene's first
   std::string screenshot, frames, record;  ///< empty: none
   std::optional<double> after_s, duration_s;
   double at_s = 0;  ///< start time in the recording

@@ -26,7 +26,6 @@ bool RecordedSource::show(Micros now, ViewMoment& moment) {
   moment = scene_.at(t);
   room_ = scene_.room_at(t);
   task_ = scene_.task_at(t);
-  moment.tool_body = room_.tool;
   scene_.plot(t, forces_, patch_ages_);
   return true;
 }

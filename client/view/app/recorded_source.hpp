@@ -24,6 +24,7 @@ class RecordedSource : public ViewSource {
   std::span<const PartMesh> parts() const override { return scene_.parts(); }
   std::uint64_t parts_version() const override { return 1; }
   bool show(Micros now, ViewMoment& moment) override;
+  const ToolShape& tool_shape(const std::string& station) const override { return shape_held(room_, station); }
   /// Selects a channel. Only displacement is recorded: the status line reports that for other channels.
   void show_channel(ShapeChannel channel) override { channel_ = channel; }
   Scales scales() const override;

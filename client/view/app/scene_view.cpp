@@ -30,6 +30,8 @@ bool SceneView::update(Micros now, const Frame& frame, const ToolView* own) {
   hues_.see(moment_.tools);
   depths_.clear();
   for (const ToolView& tool : moment_.tools) depths_.push_back(tool.contact ? gauge_.at(tool.position) : 0);
+  shapes_.clear();
+  for (const ToolView& tool : moment_.tools) shapes_.push_back(source_.tool_shape(tool.station));
   tool_hues_ = hues_of(moment_.tools, hues_.stations());
   const Shape& shape = moment_.shape;
   scales_.see(tissue_, shape.positions, source_.rest(), moment_.tools, shape.channel, shape.scalars);
@@ -66,7 +68,7 @@ Sight SceneView::sight() const {
           .scalars = moment_.shape.scalars,
           .vertices = source_.mesh().vertices,
           .tools = moment_.tools,
-          .body = moment_.tool_body,
+          .shapes = shapes_,
           .depths = depths_,
           .hues = tool_hues_,
           .pins = pins_,

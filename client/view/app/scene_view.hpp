@@ -36,6 +36,7 @@ class SceneView {
   std::vector<Triangle> tissue_;  // all but those of threads
   DepthGauge gauge_;
   std::vector<float> depths_;
+  std::vector<ToolShape> shapes_;  // of each tool
   std::vector<std::size_t> tool_hues_;
   Camera camera_;
   std::optional<Foresight> foresight_;

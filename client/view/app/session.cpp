@@ -80,7 +80,6 @@ void ViewSession::pump_until(Micros time) {
 bool ViewSession::show(Micros now, ViewMoment& moment) {
   if (!core().show(now, moment)) return false;
   if (!core().heard_lately(now)) moment.tools.clear();
-  moment.tool_body = core().room().tool;
   return true;
 }
 

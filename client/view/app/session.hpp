@@ -35,6 +35,7 @@ class ViewSession : public ViewSource {
   std::uint64_t parts_version() const override { return core().parts_version(); }
   /// Shows no tools while the server is silent: their positions and forces are unknown then.
   bool show(Micros now, ViewMoment& moment) override;
+  const ToolShape& tool_shape(const std::string& station) const override { return shape_held(core().room(), station); }
   void show_channel(ShapeChannel channel) override { core().show_channel(channel); }
   Scales scales() const override { return {}; }
   Hues hues() const override { return {}; }

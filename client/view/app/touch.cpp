@@ -9,12 +9,14 @@ namespace {
 
 constexpr double kFeltN = 1e-3;  // limit below which the tool counts as free
 
-ClientOptions options_of(const std::string& station, const std::string& room, const std::string& guides) {
+ClientOptions options_of(const std::string& station, const std::string& room, const std::string& guides,
+                         const std::string& tool) {
   ClientOptions options;
   options.hello.station = station;
   options.hello.alike = station == TouchStation::kName;
   options.hello.room = room;
   options.hello.guides = guides;
+  options.hello.tool = tool;
   options.refuses_guidance = true;  // a mouse cannot be moved
   options.hello.scheme = std::nullopt;
   return options;
@@ -23,8 +25,8 @@ ClientOptions options_of(const std::string& station, const std::string& room, co
 }  // namespace
 
 TouchStation::TouchStation(const std::string& server, const std::string& station, const std::string& room,
-                           const std::optional<ClientKeys>& keys, const std::string& guides)
-    : core_(options_of(station, room, guides), monotonic_now()),
+                           const std::optional<ClientKeys>& keys, const std::string& guides, const std::string& tool)
+    : core_(options_of(station, room, guides, tool), monotonic_now()),
       udp_(
           server, core_, {},
           [this](const ClientCore& core, auto, auto) {

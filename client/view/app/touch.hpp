@@ -17,9 +17,9 @@ class TouchStation {
  public:
   static constexpr const char* kName = "mouse";  ///< gets a number appended where the name is in use
   /// Throws InputError when the server's name is not HOST:PORT or does not resolve.
-  /// `guides`: station that the mouse guides; empty: none.
+  /// `guides`: station that the mouse guides; empty: none. `tool`: name of the tool that it holds; empty: the scene's first.
   TouchStation(const std::string& server, const std::string& station, const std::string& room,
-               const std::optional<ClientKeys>& keys = {}, const std::string& guides = {});
+               const std::optional<ClientKeys>& keys = {}, const std::string& guides = {}, const std::string& tool = {});
   ~TouchStation();
 
   /// Starts the loop once the server has admitted the station. Call often.

@@ -28,6 +28,8 @@ class ViewSource {
   virtual std::uint64_t parts_version() const = 0;
   /// Returns the moment to show at `now` in `moment`; false while there is none.
   virtual bool show(Micros now, ViewMoment& moment) = 0;
+  /// Returns the body of a station's tool at the moment shown; empty: a point.
+  virtual const ToolShape& tool_shape(const std::string& station) const = 0;
   /// Selects the quantity that colours show.
   virtual void show_channel(ShapeChannel channel) = 0;
   /// Initial scales for a new mesh.

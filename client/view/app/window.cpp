@@ -155,7 +155,8 @@ void Screen::run(Controls& controls, const TouchStation* touch) {
 void run_window(const ViewOptions& options, ViewSession& session) {
   Screen screen(options);
   std::optional<TouchStation> touch;
-  if (!options.touch.empty()) touch.emplace(options.server, options.touch, options.room, options.keys, options.guide);
+  if (!options.touch.empty())
+    touch.emplace(options.server, options.touch, options.room, options.keys, options.guide, options.tool);
   Controls controls(session, touch ? &*touch : nullptr, screen.look());
   screen.run(controls, touch ? &*touch : nullptr);
   if (touch) fmt::print("palpate-view: {}\n", touch->summary());

@@ -115,7 +115,12 @@ function takeText(message: TextMessage): void {
       scene.setBodies((message.bodies ?? []).map((body) => body.color));
       showNames("bodies-row", message.bodies ?? []);
     }
-    if (JSON.stringify(message.tool) !== JSON.stringify(room?.tool)) scene.setToolBody(message.tool ?? []);
+    const bodies = (of: Room | null) => JSON.stringify([of?.tool, of?.stations.map((station) => [station.name, station.tool])]);
+    if (bodies(message) !== bodies(room))
+      scene.setToolBodies(
+        message.tool ?? [],
+        new Map(message.stations.flatMap(({ name, tool }) => (tool ? [[name, tool.spheres ?? []]] : []))),
+      );
     room = message;
     showRoom();
   } else if (message.type === "notes") {

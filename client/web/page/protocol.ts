@@ -46,6 +46,7 @@ export interface Station {
   states: number;
   reason?: string;
   late?: number;
+  tool?: { name: string; spheres: Room["tool"] }; // none: the room's
 }
 
 export interface TaskHand {

@@ -83,7 +83,8 @@ export class BodyScene {
   private readonly box = new THREE.Box3();
   private diagonal = 0.1;
   private tools: Tool[] = [];
-  private toolBody: Sphere[] = []; // empty: points
+  private usualBody: Sphere[] = [];
+  private ownBodies = new Map<string, Sphere[]>(); // empty: points
   private readonly instruments = new Map<string, Instrument>();
   private readonly uniforms = { palette: { value: null as THREE.Texture | null }, most: { value: LEAST_LEGEND_M },
     several: { value: false }, bodies: { value: Array.from({ length: MOST_BODIES }, () => new THREE.Color()) } };
@@ -377,12 +378,17 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
     this.dirty = true;
   }
 
-  /** Shows tools with this body from now on. */
-  setToolBody(spheres: Sphere[]): void {
-    this.toolBody = spheres;
+  /** Shows tools with this body from now on, those of some stations with their own. */
+  setToolBodies(usual: Sphere[], own: Map<string, Sphere[]>): void {
+    this.usualBody = usual;
+    this.ownBodies = own;
     this.instruments.forEach((_, station) => this.removeInstrument(station));
     this.placeTools();
     this.dirty = true;
+  }
+
+  private bodyOf(station: string): Sphere[] {
+    return this.ownBodies.get(station) ?? this.usualBody;
   }
 
   private removeInstrument(station: string): void {
@@ -399,7 +405,7 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
   }
 
   /** Spheres of a tool's body, joined where one follows the other. */
-  private bodyOfTool(color: string): THREE.Group {
+  private modelOf(spheres: Sphere[], color: string): THREE.Group {
     const body = new THREE.Group();
     const add = (geometry: THREE.BufferGeometry, paint: string) => {
       const part = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color: paint, roughness: 0.32, metalness: 0.35 }));
@@ -407,10 +413,10 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
       body.add(part);
       return part;
     };
-    this.toolBody.forEach(([x, y, z, radius], k) => {
+    spheres.forEach(([x, y, z, radius], k) => {
       const at = new THREE.Vector3(x, y, z);
       add(new THREE.SphereGeometry(radius, 24, 16), k === 0 ? color : STEEL).position.copy(at);
-      const [u, v, w, before] = this.toolBody[k - 1] ?? [x, y, z, 0];
+      const [u, v, w, before] = spheres[k - 1] ?? [x, y, z, 0];
       const way = new THREE.Vector3(u, v, w).sub(at);
       if (k === 0 || way.length() > JOINED * (radius + before)) return;
       const rod = add(new THREE.CylinderGeometry(before, radius, way.length(), 24), STEEL);
@@ -422,8 +428,9 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
 
   private makeInstrument(station: string): Instrument {
     const color = this.marks().of(station).color;
-    const stylus = this.toolBody.length > 0 ? this.bodyOfTool(color) : new THREE.Group();
-    for (const section of this.toolBody.length > 0 ? [] : SECTIONS) {
+    const spheres = this.bodyOf(station);
+    const stylus = spheres.length > 0 ? this.modelOf(spheres, color) : new THREE.Group();
+    for (const section of spheres.length > 0 ? [] : SECTIONS) {
       const outline = section.points.map(([radius, height]) => new THREE.Vector2(Math.max(radius, 0), height));
       const geometry = new THREE.LatheGeometry(outline, 28);
       geometry.rotateX(Math.PI / 2); // the shaft along z
@@ -457,7 +464,7 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
       let instrument = this.instruments.get(tool.station);
       if (!instrument) this.instruments.set(tool.station, (instrument = this.makeInstrument(tool.station)));
       instrument.stylus.position.set(...tool.position);
-      const isPoint = this.toolBody.length === 0;
+      const isPoint = this.bodyOf(tool.station).length === 0;
       instrument.stylus.scale.setScalar(isPoint ? tip : 1);
       if (tool.orientation) instrument.stylus.quaternion.set(...tool.orientation);
       else if (isPoint) instrument.stylus.quaternion.setFromUnitVectors(UP, LEAN.clone().normalize());
@@ -481,7 +488,8 @@ uniform bool several; uniform vec3 bodies[${MOST_BODIES}]; varying float vBody;`
     const { left, top } = this.free;
     return this.tools.map((tool) => {
       const instrument = this.instruments.get(tool.station);
-      const at = new THREE.Vector3(0, 0, Math.max(...this.toolBody.map(([, , z, radius]) => z + radius), this.toolBody.length > 0 ? 0 : 9.8));
+      const spheres = this.bodyOf(tool.station);
+      const at = new THREE.Vector3(0, 0, Math.max(...spheres.map(([, , z, radius]) => z + radius), spheres.length > 0 ? 0 : 9.8));
       if (instrument) instrument.stylus.localToWorld(at);
       else at.set(...tool.position);
       at.project(this.camera);

@@ -29,6 +29,31 @@ TEST_CASE("Two hands 20 mm apart feel each other through the tissue: the error i
   }
 }
 
+TEST_CASE(
+    "Two hands with different tools feel what the full model feels with these, and not what it feels with one of them for both") {
+  Scene scene = touch_cube();
+  scene.tools = {{.friction = 0.6, .contact_stiffness_n_m = 300, .radius_m = 0.03, .name = "ball"}};
+  scene.tools[0].shape = {{Vec3(0, 0, 0.008), 0.008}};
+  const std::vector<Motion> motions = tools_apart(scene, 2, 0.030, 1.5);
+  ReplayOptions options;
+  options.held = {0, 1};
+  const auto results = replay_together(scene, motions, options, [] { return std::int64_t{0}; });
+  std::vector<ToolPath> paths(2);
+  for (std::size_t k = 0; k < 2; ++k)
+    for (const ReplayTick& tick : results[k].ticks) paths[k].push_back(tick.position);
+  const std::vector<std::uint8_t> first{0, 0}, second{1, 1};
+  const auto wrong = {reference_forces(scene, paths, {}, {}, {}, {}, second)[0].force,
+                      reference_forces(scene, paths, {}, {}, {}, {}, first)[1].force};
+  for (std::size_t k = 0; k < 2; ++k) {
+    std::vector<Vec3> felt;
+    for (const ReplayTick& tick : results[k].ticks) felt.push_back(tick.felt);
+    const double by_wrong_tool_db = compare(felt, wrong.begin()[k], kSkipTicks).snr_db;
+    CAPTURE(k, results[k].fidelity.snr_db, by_wrong_tool_db);
+    CHECK(results[k].fidelity.snr_db > 20);
+    CHECK(results[k].fidelity.snr_db > by_wrong_tool_db + 6);
+  }
+}
+
 TEST_CASE("The reference with a second tool far above the body is that of the first alone, and a press beside it is felt") {
   const Scene scene = touch_cube();
   const std::vector<Motion> motions = tools_apart(scene, 2, 0.020, 0.6);

@@ -71,7 +71,7 @@ PulledBody pinched(double friction) {
                  "strip");
   ToolPort port;
   port.parameters = {scene.tool.contact_stiffness_n_m, friction};
-  std::vector<ToolPort> ports = parts_of(scene.tool.shape, nullptr, port);
+  std::vector<ToolPort> ports = parts_of(scene.tool, nullptr, port);
   return PulledBody(std::move(scene), std::move(ports), [](const ToolPort& of, double t) {
     TurningTool at;
     at.at.position = Vec3(0.01, 0.03 - 0.01 * std::clamp(t - 0.6, 0.0, 2.0), 0.08 - 0.02);

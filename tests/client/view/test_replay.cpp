@@ -89,6 +89,27 @@ TEST_CASE("Between what was recorded, vertices and tools move straight", "[view]
   CHECK(scene.force_max_n() == Approx(7.25));
 }
 
+TEST_CASE("Each hand of a recording is shown with the tool that it held", "[view][replay]") {
+  RecordingHead head = test::small_head();
+  head.tool = {{Vec3(0, 0, 64 * kToolStepM), 32 * kToolStepM}};
+  const ToolShape bar{{Vec3::Zero(), 16 * kToolStepM}, {Vec3(0, 0, 128 * kToolStepM), 16 * kToolStepM}};
+  RecordingWriter writer(head);
+  RecordedEvent joined{test::kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "left", ""};
+  writer.add(joined);
+  joined.station = 4;
+  joined.name = "right";
+  joined.tool = {"bar", bar};
+  writer.add(joined);
+  writer.add(RecordedFrame{frame_time(0), Micros{1000}, Micros{1000}, 0, 1, 0, 0, false});
+  writer.add_shape(frame_time(0), test::small_shape(1));
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "tools.rec");
+  const RoomView room = RecordedScene(recording, "tools.rec").room_at(frame_time(0));
+  CHECK(shape_held(room, "left") == head.tool);
+  CHECK(shape_held(room, "right") == bar);
+}
+
 TEST_CASE("A moment looks the same however it was reached", "[view][replay]") {
   const auto bytes = test::small_recording(kFrames, true);
   const RecordingReader recording(bytes, "small");

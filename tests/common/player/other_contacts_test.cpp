@@ -126,9 +126,13 @@ TEST_CASE("What yields at once under another tool is in series with its contact,
   CHECK(player.vertex(0).z() == Approx(-sag).epsilon(1e-4));
 }
 
-TEST_CASE("Another tool that goes along the surface drags it as far as friction lets it") {
+TEST_CASE(
+    "Another tool that goes along the surface drags it as far as friction lets it: its own, where it is another kind of tool") {
+  const auto own_law = GENERATE(std::optional<ContactParameters>(), ContactParameters{350, 0.25});
   Patch p = shared_floor(3);
   p.friction = 0.4;
+  const ContactParameters law = own_law.value_or(ContactParameters{p.contact_stiffness_n_m, p.friction});
+  p.others.of[0].law = own_law;
   const Vec3 own(2, 1.5, 3), others(1, 2, 1.2);  // each mode moves along an axis of its own
   for (PortVertex& vertex : p.surface.vertices) vertex.rows = Mat3(own.asDiagonal());
   OtherContact& other = p.others.of[0];
@@ -139,8 +143,8 @@ TEST_CASE("Another tool that goes along the surface drags it as far as friction 
   p.load_for = Micros{5'000'000};
   PatchPlayer player(p);
   for (int ms = 1; ms <= 4000; ++ms) player.advance({kStamp + ms * kTick, Vec3(0, 0, 0.5)});
-  const double push_n = 0.004 / (others.z() * others.z() / p.stiffness[2] + 1 / p.contact_stiffness_n_m);
-  const Vec3 lambda(0.4 * push_n, 0, -push_n);
+  const double push_n = 0.004 / (others.z() * others.z() / p.stiffness[2] + 1 / law.contact_stiffness_n_m);
+  const Vec3 lambda(law.friction * push_n, 0, -push_n);
   const Vec3 moved = own.cwiseProduct(others).cwiseProduct(lambda).cwiseQuotient(Vec3(p.stiffness));
   CHECK((player.vertex(0) - p.surface.vertices[0].position - moved).norm() < 1e-4 * moved.norm());
 }

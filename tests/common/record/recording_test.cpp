@@ -322,7 +322,9 @@ TEST_CASE("a checkpoint has every vertex to a step of the wire and its velocity,
   RecordingWriter writer(test::small_head());
   const std::vector<Vec3> x{{0, 0, 0}, {0.05, 0.0123456789, 0.02}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.09}};
   const std::vector<Vec3> v(5, Vec3(0.1, -0.2, 0.3));
-  writer.add(RecordedCheckpoint{Micros{2'000'000}, x, v, {{"left hand", Vec3(0.01, 0.02, 0.0901)}, {"right", Vec3::Zero()}}});
+  RecordedHold right{"right", Vec3::Zero()};
+  right.held = "probe";
+  writer.add(RecordedCheckpoint{Micros{2'000'000}, x, v, {{"left hand", Vec3(0.01, 0.02, 0.0901)}, right}});
   std::vector<Vec3> torn = x;
   torn[2].y() = std::numeric_limits<double>::quiet_NaN();
   writer.add(RecordedCheckpoint{Micros{2'100'000}, torn, v, {}});
@@ -353,4 +355,32 @@ TEST_CASE("a checkpoint has every vertex to a step of the wire and its velocity,
   REQUIRE(found.holds.size() == 2);
   CHECK(found.holds[0].station == "left hand");
   CHECK((found.holds[0].tool - Vec3(0.01, 0.02, 0.0901)).norm() < 1e-7);
+  CHECK(found.holds[0].held.empty());
+  CHECK(found.holds[1].held == "probe");
+}
+
+TEST_CASE("which tool a hand holds comes back with its join, its shape too, and the first of the scene is not said", "[record]") {
+  const ToolShape shape{{Vec3(0, 0, 64 * kToolStepM), 32 * kToolStepM, 3000 * kToolStepM, 4000 * kSwingStepRad},
+                        {Vec3::Zero(), 32 * kToolStepM}};
+  RecordingWriter writer(small_head());
+  RecordedEvent joined{kSmallBegin, RecordedEventKind::joined, 3, RecordedRole::hand, Scheme::port, "left", ""};
+  writer.add(joined);
+  joined.station = 4;
+  joined.name = "right";
+  joined.tool = {"grasper", shape};
+  writer.add(joined);
+  joined.station = 5;
+  joined.tool = {"point", {}};
+  writer.add(joined);
+  writer.finish();
+  const auto bytes = writer.take();
+  const RecordingReader recording(bytes, "tools");
+  const auto block = recording.read(0);
+  REQUIRE(block);
+  REQUIRE(block->events.size() == 3);
+  CHECK(block->events[0].tool == HeldTool{});
+  CHECK(block->events[1].tool == HeldTool{"grasper", shape});
+  CHECK(block->events[2].tool == HeldTool{"point", {}});
+  REQUIRE(recording.stations().size() == 3);
+  CHECK(recording.stations()[1].tool == "grasper");
 }

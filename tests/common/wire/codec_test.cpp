@@ -111,6 +111,13 @@ TEST_CASE("what belongs to guidance goes there and back, is absent where nobody 
   CHECK(round_trip(hello).guides.empty());
   hello.guides = "OR 1";
   CHECK(round_trip(hello).guides == "OR 1");
+  CHECK(round_trip(hello).tool.empty());
+  hello.tool = "probe";
+  CHECK(round_trip(hello).tool == "probe");
+  hello.tool = "two\nlines";
+  Message wrong;
+  CHECK(decode(seeds::bytes_of(seeds::message(hello)), wrong) == WireFault::out_of_range);
+  hello.tool.clear();
   CHECK(round_trip(Beat{}).guidance.hand == GuidanceHand::ready);
   CHECK(round_trip(Beat{.notes = 70'000}).notes == 70'000);
   CHECK_FALSE(round_trip(Beat{}).released);
@@ -393,6 +400,15 @@ TEST_CASE("Viewers get the jaws of the room's tools, and their openings") {
   RoomView room;
   room.tool = {{Vec3::Zero(), 32 * kToolStepM, 3000 * kToolStepM, 4000 * kSwingStepRad}, {Vec3::Zero(), 32 * kToolStepM}};
   CHECK(round_trip(room).tool == room.tool);
+  room.stations = {
+      {.station = "left"}, {.station = "right", .tool = {"probe", {room.tool[1]}}}, {.station = "third", .tool = {"point", {}}}};
+  const RoomView seen = round_trip(room);
+  CHECK(seen.stations[0].tool == HeldTool{});
+  CHECK(seen.stations[1].tool == room.stations[1].tool);
+  CHECK(shape_held(seen, "left") == room.tool);
+  CHECK(shape_held(seen, "right") == ToolShape{room.tool[1]});
+  CHECK(shape_held(seen, "third").empty());
+  CHECK(shape_held(seen, "nobody") == room.tool);
   room.tool[0].swing_rad = 1.2;
   CHECK(seeds::bytes_of(seeds::message(room)).empty());
   const Tools tools{1, Micros{2}, 0, {{"pen", Vec3::Zero(), Vec3::Zero(), false, {}, 0, "", 0.4, Vec3(0.25, 0, -0.5)}}};

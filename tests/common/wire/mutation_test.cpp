@@ -18,7 +18,7 @@ bool sensible(const std::string& s) {
 /// Returns true if an accepted message keeps the ranges that docs/reference/wire.md promises.
 struct Sensible {
   bool operator()(const Hello& m) const {
-    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && sensible(m.guides) &&
+    return sensible(m.station) && !m.station.empty() && sensible(m.shadow_of) && sensible(m.guides) && sensible(m.tool) &&
            m.scheme <= Scheme::hyper && m.role <= Role::viewer;
   }
   bool operator()(const Welcome& m) const {
@@ -84,7 +84,8 @@ struct Sensible {
   bool operator()(const ViewState& m) const { return m.channels < 1u << kShapeChannels; }
   bool operator()(const RoomView& m) const {
     return m.rate_hz >= 0 && m.real_time_factor >= 0 && std::all_of(m.stations.begin(), m.stations.end(), [](const auto& s) {
-             return sensible(s.station) && s.lost <= s.judged && s.states <= 2 * kMaxModes;
+             return sensible(s.station) && sensible(s.tool.name) && s.tool.shape.size() <= kMaxToolSpheres &&
+                    s.lost <= s.judged && s.states <= 2 * kMaxModes;
            });
   }
   bool operator()(const PatchTerms& m) const { return check(m) == TermsFault::none; }

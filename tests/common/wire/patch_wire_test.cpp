@@ -163,6 +163,32 @@ TEST_CASE("other tools arrive with their paths, normals and rows, and fit beside
     }
 }
 
+TEST_CASE("other tools of another kind arrive with their coupling and friction, for which there is room") {
+  Patch sent = seeds::shared_patch(8, 6, 8, 3);
+  const std::size_t plain = seeds::bytes_of(seeds::message(PatchMessage{sent})).size();
+  CHECK_FALSE(round_trip(sent).others.of[0].law);
+  sent.others.of[1].law = ContactParameters{300, 0.125};
+  const Patch got = round_trip(sent);
+  CHECK(got.others.of[0].law == ContactParameters{got.contact_stiffness_n_m, got.friction});
+  CHECK(got.others.of[1].law == sent.others.of[1].law);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{sent})).size() <= plain + 3 * 8 + 28);
+  for (int others = 1; others <= 3; ++others)
+    for (int modes = 0; modes <= 10; ++modes) {
+      PatchContacts contacts(others);
+      contacts.laws = true;
+      const int vertices = max_port_vertices(modes, kMaxPortTriangles, true, 0, contacts);
+      CAPTURE(others, modes, vertices);
+      REQUIRE(vertices >= 3);
+      Patch full = seeds::shared_patch(modes, vertices, std::min(kMaxPortTriangles, most_triangles(vertices)), others);
+      full.load_rate = ModeVector::Ones(modes);
+      full.load_for = Micros{1};
+      full.others.of[0].law = ContactParameters{300, 0.125};
+      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
+    }
+  sent.others.of[1].law->friction = -1;
+  CHECK(check(sent) == PatchFault::out_of_range);
+}
+
 TEST_CASE("the contacts of a tool's spheres arrive with its pose and torque, and fit beside as many vertices as is said") {
   Patch sent = seeds::body_patch(5, 6, 8, 4, 3);
   const Patch got = round_trip(sent);

@@ -344,6 +344,8 @@ inline std::vector<Message> every_kind() {
   Hello guide{"OR 3", Role::haptic, std::nullopt, 0, ""};
   guide.guides = "OR 1";
   all.push_back(message(guide));
+  guide.tool = "probe";
+  all.push_back(message(guide));
   all.push_back(message(Beat{.guidance = {GuidanceHand::released, Micros{123'456}, 1.25}}));
   all.push_back(
       message(Guidance{"OR 1", true, GuidanceHand::holds, Micros{161'000}, Micros{8'000'000'000}, Vec3(0.1, -0.2, 0.3)}));
@@ -379,6 +381,12 @@ inline std::vector<Message> every_kind() {
   room.tool[1].hinge_m = 3000 * kToolStepM;
   room.tool[1].swing_rad = -4000 * kSwingStepRad;
   all.push_back(message(room));
+  room.stations[0].tool = {"grasper", room.tool};
+  room.stations[1].tool = {"point", {}};
+  all.push_back(message(room));
+  Patch beside = shared_patch(4, 6, 8, 2);
+  beside.others.of[1].law = ContactParameters{250, 0.5};
+  all.push_back(message(PatchMessage{beside}));
   all.push_back(
       message(Tools{17,
                     Micros{99},

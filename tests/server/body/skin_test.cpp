@@ -111,3 +111,41 @@ TEST_CASE("The bound of the distance to the skin is never above the distance, an
     CHECK(skin.distance_at_least(above, dynamics.rest_state().x) == Approx(0.3));
   }
 }
+
+TEST_CASE("Each copy of a skin is the skin of its radius alone, and a point that slides stays on its copy", "[skin]") {
+  const LumpedBody body = box_body(5, 4, 4);
+  const std::array radii{0.03, 0.0, 0.05};
+  const Skin all(body, radii);
+  Random random(5);
+  Vector x(3 * static_cast<Eigen::Index>(body.nodes.size()));
+  for (std::uint32_t i = 0; i < body.nodes.size(); ++i)
+    at_node(x, i) =
+        body.nodes[i] + Vec3(random.uniform(-0.004, 0.004), random.uniform(-0.004, 0.004), random.uniform(-0.004, 0.004));
+  const std::vector<double> placed = all.place(x);
+  REQUIRE(all.vertices() == body.nodes.size());
+  REQUIRE(placed.size() == 3 * x.size() / 3 * radii.size());
+  const auto triangles = static_cast<std::uint32_t>(body.triangles.size());
+  for (std::uint32_t copy = 0; copy < radii.size(); ++copy) {
+    const Skin one(body, radii[copy]);
+    const std::vector<double> alone = one.place(x);
+    CHECK(std::equal(alone.begin(), alone.end(), placed.begin() + static_cast<std::ptrdiff_t>(copy * alone.size())));
+    for (int trial = 0; trial < 20; ++trial) {
+      const Vec3 tool(random.uniform(0, 0.08), random.uniform(0, 0.06), random.uniform(0.05, 0.07));
+      const NearestPoint a = all.nearest(copy, placed, tool), b = nearest_point(one.view(), alone, tool);
+      CHECK(a.point.triangle == b.point.triangle + copy * triangles);
+      CHECK(a.height_m == b.height_m);
+      CHECK(all.weights(a.point) == one.weights(b.point));
+      const SurfacePoint to = slide(all.view(), placed, a.point, Vec3(0.02, 0.01, 0)),
+                         alone_to = slide(one.view(), alone, b.point, Vec3(0.02, 0.01, 0));
+      CHECK(to.triangle == alone_to.triangle + copy * triangles);
+      Clearance clear, alone_clear;
+      for (const double down_m : {0.0, 0.004, 0.02}) {  // from outside in
+        const Vec3 at = Vec3(tool.x(), tool.y(), 0.068 - down_m);
+        const Onset found = all.look_for_contact(copy, placed, at, 0, clear);
+        const Onset alone_found = look_for_contact(one.view(), alone, at, 0, alone_clear);
+        CHECK(found.touches == alone_found.touches);
+        CHECK(found.nearest.point.triangle == alone_found.nearest.point.triangle + copy * triangles);
+      }
+    }
+  }
+}

@@ -121,6 +121,81 @@ TEST_CASE("requests that cannot be met are refused with a reason in words") {
   CHECK(bench.core.station_count() == 0);
 }
 
+namespace {
+
+const ToolShape kJaw{{Vec3(0, 0, 64 * kToolStepM), 32 * kToolStepM, 3000 * kToolStepM, 4000 * kSwingStepRad}};
+
+/// A room whose scene has a point, without a part beside the body or with one, and two further tools.
+Bench with_tools(std::uint8_t parts = 0) {
+  Bench bench;
+  RoomInfo facts = test_facts();
+  facts.coupling_n_m = 1000;
+  facts.tools = {"point", {{{"grasper", kJaw}, 300}, {{"ball", {{Vec3::Zero(), 0.008}}}, 500}}};
+  for (int k = 0; k < parts; ++k) facts.parts.push_back({"table", 0, 0.3, {}});
+  bench.core = ServerCore(facts, {.draw = repeatable(42), .rate_hz = 20});
+  return bench;
+}
+
+}  // namespace
+
+TEST_CASE("a station gets the tool that it asks for by name, and is told what its own needs") {
+  const std::uint8_t parts = GENERATE(std::uint8_t{0}, std::uint8_t{1});
+  Bench bench = with_tools(parts);
+  RawStation plain(bench, 1, "plain"), grasps(bench, 2, "grasps"), shadow(bench, 3, "shadow");
+  grasps.hello.tool = "grasper";
+  const Welcome point = std::get<Welcome>(plain.ask().body), grasper = std::get<Welcome>(grasps.ask().body);
+  CHECK_FALSE(point.turns);
+  CHECK_FALSE(point.jaws);
+  CHECK(grasper.turns);
+  CHECK(grasper.jaws);
+  CHECK(grasper.coupling_n_m == (parts ? 300 : 0));
+  CHECK(grasper.tool == (parts ? kJaw : ToolShape()));
+  CHECK(point.coupling_n_m == (parts ? 1000 : 0));
+  plain.join().live(500ms);
+  grasps.join().live(500ms);
+  shadow.hello.shadow_of = "grasps";
+  CHECK(std::get<Welcome>(shadow.ask().body).jaws);
+  REQUIRE(bench.room.jobs.back().stations.size() == 2);
+  CHECK(bench.room.jobs.back().stations[0].held == 0);
+  CHECK(bench.room.jobs.back().stations[1].held == 1);
+  REQUIRE(bench.core.stations().size() == 2);
+  CHECK(bench.core.stations()[1].tool == HeldTool{"grasper", kJaw});
+}
+
+TEST_CASE("a tool that the scene does not have is refused with the names that there are") {
+  Bench bench = with_tools();
+  RawStation hand(bench, 1, "hand"), eye(bench, 2, "eye");
+  hand.hello.tool = "scalpel";
+  const Message refused = hand.ask();
+  CHECK(reason(refused) == RefuseReason::bad_request);
+  CHECK(std::get<Refuse>(refused.body).message == "no tool \"scalpel\" in this scene; there is point, grasper, ball");
+  hand.hello.tool = "point";
+  CHECK(std::holds_alternative<Welcome>(hand.ask().body));
+  eye.hello.role = Role::viewer;
+  eye.hello.tool = "ball";
+  CHECK(reason(eye.ask()) == RefuseReason::bad_request);
+  Bench one;
+  RawStation asks(one, 1, "asks");
+  asks.hello.tool = "ball";
+  CHECK(std::get<Refuse>(asks.ask().body).message == "no tool \"ball\" in this scene; its only tool has no name");
+}
+
+TEST_CASE("a viewer is told the body of each hand's tool") {
+  Bench bench = with_tools();
+  RawStation plain(bench, 1, "plain"), grasps(bench, 2, "grasps"), eye(bench, 3, "eye");
+  grasps.hello.tool = "grasper";
+  eye.hello.role = Role::viewer;
+  plain.join().live(500ms);
+  grasps.join().live(500ms);
+  eye.join();
+  grasps.live(1s);
+  const auto message = bench.last<RoomView>(3);
+  REQUIRE(message);
+  const RoomView view = std::get<RoomView>(message->body);
+  CHECK(shape_held(view, "plain").empty());
+  CHECK(shape_held(view, "grasps") == kJaw);
+}
+
 TEST_CASE("another wire version is refused, and no answer is larger than its question") {
   Bench bench;
   Message hello;

@@ -136,7 +136,7 @@ TEST_CASE("a body that is taken up again stays as it was while its tools wait, a
 
   Pressed after(500s);
   after.room.resume(in_a_row(found->checkpoint.positions), in_a_row(found->checkpoint.velocities));
-  after.absent = ReservedTools(found->checkpoint.holds);
+  after.absent = ReservedTools(found->checkpoint.holds, after.scene);
   const Vector was = before.last.state->x;
   double most = 0;
   for (int k = 0; k < 80; ++k) most = std::max(most, farthest(after.frame(std::nullopt).state->x, was));
@@ -196,7 +196,7 @@ TEST_CASE("a tool whose station does not come back lets go after ten seconds, an
   for (const bool reset : {false, true}) {
     Pressed after(500s);
     after.room.resume(before.last.state->x, before.last.state->v);
-    after.absent = ReservedTools({{"hand", tool}});
+    after.absent = ReservedTools({{"hand", tool}}, after.scene);
     after.here = {report(7, "another")};  // another station does not take it over
     const int frames = reset ? 5 : static_cast<int>(ReservedTools::kLongest / kFrame) - 1;
     for (int k = 0; k < frames; ++k) after.frame(std::nullopt);
@@ -310,7 +310,7 @@ TEST_CASE("a body that a blade has cut is taken up again with its cuts, and the 
 
   Cutting after(500s);
   CHECK(after.room.resume(in_a_row(was.positions), in_a_row(was.velocities), was.relaxed, steps_of(was.cuts)));
-  after.absent = ReservedTools(was.holds);
+  after.absent = ReservedTools(was.holds, after.scene);
   for (int k = 0; k < 20; ++k) after.frame(std::nullopt);
   REQUIRE(after.last.cuts);
   CHECK(after.last.cuts->size() == before.last.cuts->size());
@@ -364,7 +364,7 @@ TEST_CASE("a body that has torn is taken up again as it was torn, and tears on",
   OneTool after(500s, before.scene);
   after.shapes = true;
   CHECK(after.room.resume(in_a_row(was.positions), in_a_row(was.velocities), was.relaxed, steps_of(was.cuts)));
-  after.absent = ReservedTools(was.holds);
+  after.absent = ReservedTools(was.holds, after.scene);
   after.here = {report(7, "hand")};
   after.frame(lifted(k));
   REQUIRE(after.last.surface);
@@ -436,4 +436,19 @@ TEST_CASE("a checkpoint that does not fit its own head is refused", "[resume]") 
   const auto bytes = writer.take();
   const RecordingReader recording(bytes, "old.rec");
   CHECK_THROWS_WITH(newest_checkpoint(recording, "old.rec", "room", cube), Catch::Contains("its newest checkpoint has 1 nodes"));
+}
+
+TEST_CASE("a tool that waits on a resumed body is the one that its hand held", "[resume]") {
+  Scene scene = scene_named("touch-cube.json");
+  scene.tools = {{.name = "ball"}};
+  FrameJob job;
+  job.begin = 1s;
+  job.target = 1s + kFrame;
+  RecordedHold ball{"hand", Vec3(0, 0, 0.1)}, gone = ball;
+  ball.held = "ball";
+  gone.held = "shaft";
+  ReservedTools({ball, {"other", Vec3::Zero()}, gone}, scene).add_to(job, {});
+  REQUIRE(job.stations.size() == 2);  // this scene has no shaft
+  CHECK(job.stations[0].held == 1);
+  CHECK(job.stations[1].held == 0);
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <deque>
 #include <numeric>
 
 #include "common/player/player.hpp"
@@ -35,6 +36,7 @@ struct BladeRoom {
   using Path = std::function<ToolPose(double)>;
   SteppedBody body;
   std::vector<Path> hands;
+  std::vector<std::uint8_t> held = {};  ///< numbers of their tools in the scene; empty: the first
   Micros begin{7'000'000}, now = begin;
 
   void frame(Micros length = Micros{10'000}) {
@@ -44,6 +46,7 @@ struct BladeRoom {
     for (std::size_t k = 0; k < hands.size(); ++k) {
       StationJob hand;
       hand.id = static_cast<StationId>(k + 1);
+      hand.held = held.empty() ? 0 : held[k];
       for (Micros t = now; t <= job.target + kTick; t += kTick) {
         const ToolPose pose = hands[k](seconds(t - begin));
         hand.samples.push_back({t, pose.position, pose.turn});
@@ -133,6 +136,28 @@ TEST_CASE("A hand that holds the tissue beside a blade feels no step where cells
   CHECK(epochs >= 2);
   CHECK(held.back() > 0.05);
   CHECK(most_n < 0.01);  // 0.025 where the traction is let go at once
+}
+
+TEST_CASE("A tool beside a blade feels the same whether it meets the blade's own skin or a copy of nearly that radius",
+          "[blade]") {
+  constexpr double kHardlyLess = 1 - 1e-9;
+  const auto hold = [](double s) { return Vec3(0.044, 0.03 + 0.003 * std::sin(4 * s), kBladeTopM - 0.0015); };
+  std::deque<BladeRoom> rooms;  // not movable
+  for (const double share : {1.0, kHardlyLess}) {
+    Scene scene = blade_block(0.01);
+    scene.tools = {{.radius_m = share * scene.tool.radius_m, .name = "ball"}};
+    scene.tools[0].shape = {{Vec3(0, 0, 0.006), 0.006}};
+    BladeRoom& room = rooms.emplace_back(scene);
+    room.held = {0, 1};
+    room.hands = {stab(0.0312, 0.029, 0.03), hold};
+  }
+  CHECK(rooms[0].body.skin().view().triangles.size() * 2 == rooms[1].body.skin().view().triangles.size());
+  for (int k = 0; k < 160; ++k) {
+    for (BladeRoom& room : rooms) room.frame();
+    CHECK((rooms[0].force(2) - rooms[1].force(2)).norm() < 1e-4 * std::max(rooms[0].force(2).norm(), 0.1));
+  }
+  CHECK(rooms[1].body.epoch() >= 2);
+  CHECK(rooms[0].force(2).z() > 0.05);
 }
 
 TEST_CASE("A piece that a blade cuts off is left out, and a reset makes the body whole", "[blade]") {

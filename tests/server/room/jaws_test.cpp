@@ -18,12 +18,12 @@ constexpr double kJawsMu = 0.5, kJawsStiffness_n_m = 1000, kStripTopM = 0.06, kS
 class Pinched {
  public:
   explicit Pinched(double closed) : closed_(closed) {
-    ToolShape shape;
+    ToolSpec jaws;
     for (const double side : {1.0, -1.0})
-      for (const double z : {0.004, 0.016}) shape.push_back({Vec3(side * 0.01, 0, z), 0.004, 0.2, side * 0.1});
+      for (const double z : {0.004, 0.016}) jaws.shape.push_back({Vec3(side * 0.01, 0, z), 0.004, 0.2, side * 0.1});
     ToolPort port;
     port.parameters = {kJawsStiffness_n_m, kJawsMu};
-    ports_ = parts_of(shape, nullptr, port);
+    ports_ = parts_of(jaws, nullptr, port);
   }
   /// Advances to `until_s`, with the tool raised at 5 mm/s from 0.6 s on.
   void advance(double until_s) {

@@ -8,6 +8,7 @@
 
 #include "common/patch/surface.hpp"
 #include "common/player/player.hpp"
+#include "server/reduction/tool_prediction.hpp"
 #include "server/room/room.hpp"
 #include "server/room/tool_track.hpp"
 #include "tests/support/bodies.hpp"

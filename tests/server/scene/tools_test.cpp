@@ -174,3 +174,65 @@ TEST_CASE("A needle that cannot be, or a body that it cannot enter, is refused w
   CHECK_THAT(needle_refusal(needle, "[" + layer + "," + layer + "," + layer + R"(, {"toughness_j_m2": 164}])"),
              Contains("at most 3"));
 }
+
+namespace {
+
+std::string tools_refusal(const std::string& tools, const std::string& first = R"({"name": "grasper"})") {
+  return refusal(first + R"(, "tools": )" + tools);
+}
+
+}  // namespace
+
+TEST_CASE("A scene's further tools have names, parameters and bodies of their own, and come back from its own text") {
+  const std::string tools =
+      R"([{"name": "probe", "named": "probe", "mu": 0.1, "radius_m": 0.004}, {"name": "point", "contact_stiffness_n_m": 300}])";
+  const Scene scene = with_tool(R"({"name": "grasper", "named": "grasper", "radius_m": 0.002}, "tools": )" + tools);
+  REQUIRE(scene.tools.size() == 2);
+  CHECK(scene.tool.shape == find_tool("grasper")->shape);
+  CHECK(scene.tool_of(1).shape == find_tool("probe")->shape);
+  CHECK(scene.tool_of(1).friction == 0.1);
+  CHECK(scene.tool_of(2).shape.empty());
+  CHECK(scene.tool_of(2).contact_stiffness_n_m == 300);
+  CHECK(scene.tool_named("") == 0);
+  CHECK(scene.tool_named("grasper") == 0);
+  CHECK(scene.tool_named("point") == 2);
+  CHECK_FALSE(scene.tool_named("needle"));
+  CHECK(scene.contact_radii() == std::vector{0.002, 0.004, 0.0});
+  const Folder folder;
+  const auto file = folder.write(
+      "held.json",
+      R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "fixed_faces": ["z-"], "solid": {"material": "liver"}}}, "tool": {"name": "grasper", "named": "grasper", "radius_m": 0.002}, "tools": )" +
+          tools + "}");
+  const Scene again = read_scene(print_scene(file), "again.json");
+  CHECK(again.tool.name == "grasper");
+  REQUIRE(again.tools.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    CHECK(again.tools[k].name == scene.tools[k].name);
+    CHECK(again.tools[k].shape == scene.tools[k].shape);
+    CHECK(again.tools[k].friction == scene.tools[k].friction);
+    CHECK(again.tools[k].radius_m == scene.tools[k].radius_m);
+  }
+}
+
+TEST_CASE("Further tools that cannot be are refused with what was expected") {
+  CHECK(tools_refusal(R"([{"name": "probe"}])").empty());
+  CHECK_THAT(tools_refusal(R"([{"mu": 0.1}])"), Contains("tools[0].name"));
+  CHECK_THAT(tools_refusal(R"([{"name": "grasper"}])"), Contains("tools[0].name") && Contains("a name of its own"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a"}, {"name": "a"}])"), Contains("tools[1].name"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a", "contact": "attach"}])"), Contains("tools[0].contact") && Contains("touch"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a"}])", R"({"contact": "attach"})"), Contains("tools") && Contains("touch"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a", "needle": {"length_m": 0.07, "diameter_m": 0.001}}])"),
+             Contains("tools[0].needle") && Contains("only in tool"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a", "holds": ["thread"]}])"), Contains("tools[0].holds"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a", "named": "scalpel"}])"), Contains("tools[0].named") && Contains("shaft"));
+  CHECK_THAT(tools_refusal(R"([{"name": "a", "mu": 3}])"), Contains("tools[0].mu"));
+  std::string eight;
+  for (int k = 0; k < 8; ++k) eight += (k ? ", " : "[") + std::string(R"({"name": "tool )") + std::to_string(k) + "\"}";
+  CHECK_THAT(tools_refusal(eight + "]"), Contains("at most 7"));
+  try {
+    tool_number(with_tool(R"({"name": "grasper"}, "tools": [{"name": "probe"}])"), "needle", "--tools");
+    FAIL("a tool that is not there");
+  } catch (const InputError& error) {
+    CHECK_THAT(error.what(), Contains("needle") && Contains("grasper, probe"));
+  }
+}
