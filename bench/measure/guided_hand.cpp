@@ -65,7 +65,7 @@ struct GuidedDampers {
 
 GuidedDampers dampers_of(const GuidedPoint& point, double round_s) {
   const double stiffness = GuidanceCoupling::stiffness_for(round_s);
-  return {stiffness, stiffness * round_s / 2 + (point.touches ? HandsDamper::kMostNSM : 0),
+  return {stiffness, stiffness * round_s / 2 + (point.touches ? HandsDamper::kMostGuidedNSM : 0),
           guided_hand(point.hand).damping_n_s_m};
 }
 

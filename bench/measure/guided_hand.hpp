@@ -10,10 +10,10 @@
 // Its tool begins kGuidedBesideM beside that of the guide. There is no tremor, and forces are not quantised.
 //
 // Both are judged at rest as in stability.hpp, with two numbers of the coupling. Its spring K draws a tool against the dampers b
-// of the coupling, b_h of several hands on a body (at most HandsDamper::kMostNSM) and b_a of the arm, so that the slowest motion
-// dies out over (b + b_h + b_a) / K, 1.5 s at two round trips of 300 ms: it is observed for three times that, and at least 2.1 s.
-// A step q of the encoder is a velocity to these dampers: the impulse (b + b_h) q, which no reading of a tool at rest can avoid,
-// gives device and arm of mass m the speed (b + b_h) q / m, whose kinetic energy a tool at rest may have.
+// of the coupling, b_h of several hands on a body (at most HandsDamper::kMostGuidedNSM) and b_a of the arm, so that the slowest
+// motion dies out over (b + b_h + b_a) / K, 1.5 s at two round trips of 300 ms: it is observed for three times that, and at
+// least 2.1 s. A step q of the encoder is a velocity to these dampers: the impulse (b + b_h) q, which no reading of a tool at
+// rest can avoid, gives device and arm of mass m the speed (b + b_h) q / m, whose kinetic energy a tool at rest may have.
 #pragma once
 
 #include "bench/measure/stability.hpp"

@@ -47,7 +47,7 @@ double stiffness_between_tools(const Patch& patch) noexcept {
   return stiffness;
 }
 
-Vec3 HandsDamper::tick(const Vec3& position, bool touches, double age_s, double dt_s) noexcept {
+Vec3 HandsDamper::tick(const Vec3& position, bool touches, double age_s, double dt_s, bool guided) noexcept {
   const double every_s = seconds(Predictability::kEvery);
   since_s_ += dt_s;
   if (since_s_ >= every_s) {
@@ -58,7 +58,7 @@ Vec3 HandsDamper::tick(const Vec3& position, bool touches, double age_s, double 
   before_ = position;
   moves_ = true;
   velocity_ += dt_s / (kFilterS + dt_s) * (velocity - velocity_);
-  const double wanted = std::min(kBoundShare * (1 - past_.share()) * age_s * stiffness_n_m_, kMostNSM);
+  const double wanted = std::min(kBoundShare * (1 - past_.share()) * age_s * stiffness_n_m_, guided ? kMostGuidedNSM : kMostNSM);
   damping_n_s_m_ += dt_s / (kFollowS + dt_s) * (wanted - damping_n_s_m_);
   return touches ? Vec3(-damping_n_s_m_ * velocity_) : Vec3::Zero();
 }

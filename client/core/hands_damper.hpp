@@ -10,7 +10,7 @@
 // Trans. Robotics 24, 2008). What a patch predicts of the other hand is not late: the damper is needed for the share 1 - s of the
 // motion alone that prediction misses (predictability.hpp), and hardly felt by a hand that moves smoothly:
 //
-//     F = -b v,    b = min(0.7 (1 - s) T sum_b K_ab, kMostNSM)
+//     F = -b v,    b = min(0.7 (1 - s) T sum_b K_ab, kMostNSM)    (kMostGuidedNSM while the tool guides or is guided)
 //
 // T is the age that patches reach. K_ab = c_ab / (c_aa c_bb - c_ab^2) is that of the patch at rest, along the normals n:
 // c_xy = n_x^T R_x K^-1 R_y^T n_y, to which c_xx adds n^T c_static n and 1 / k_c [m/N]. v is low-passed by kFilterS against the
@@ -31,12 +31,13 @@ class HandsDamper {
   /// More: the filter's lag at the pace of b / m, and the encoder's steps, keep a light hand moving, which has 0.2 kg with its
   /// device (docs/decisions/0072-several-hands-stay-calm.md).
   static constexpr double kMostNSM = 20;
+  static constexpr double kMostGuidedNSM = 30;  ///< while the tool guides or is guided
   static constexpr double kFilterS = 0.005, kFollowS = 0.05;
 
   /// Sets the patch in use.
   void play(const Patch& patch) noexcept { stiffness_n_m_ = stiffness_between_tools(patch); }
   /// Advances by a tick of `dt_s` and returns the force on the tool [N], zero where it does not touch. `age_s`: T.
-  Vec3 tick(const Vec3& position, bool touches, double age_s, double dt_s) noexcept;
+  Vec3 tick(const Vec3& position, bool touches, double age_s, double dt_s, bool guided = false) noexcept;
   /// Forgets the hand's past.
   void restart() noexcept { *this = {}; }
 

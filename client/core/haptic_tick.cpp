@@ -211,7 +211,7 @@ Wrench HapticTick::patch_wrench(const ToolSample& sample, double dt_s, TickOutpu
     fade_offset_ *= static_cast<double>(fade_left_ - 1) / fade_left_;
     --fade_left_;
   }
-  wrench.force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s);
+  wrench.force += damper_.tick(sample.position, out.contact, seconds(std::max(horizon(), out.patch_age)), dt_s, guidance_active_);
   out.grip = softening_ * player_.output().grip;
   out.outlived = out.patch_age > valid_for() || sample.t.count() > server_until_us_.load(std::memory_order_acquire);
   const bool good = !out.outlived && (sample.position - patch.tool).norm() <= patch.trust_radius_m;
