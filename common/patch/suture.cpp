@@ -247,8 +247,8 @@ SutureTear tear_of(const SutureLaw& law, const OfSpans& length_m, SuturePlace pl
       too_much = beyond;
     }
     if (most == n) break;
-    const Vec3 from = place.points[most], towards = at.force(most).normalized();
-    const double beyond_n = at.force(most).norm() - law.tear_n;
+    const Vec3 force = at.force(most), from = place.points[most], towards = force.normalized();
+    const double beyond_n = force.norm() - law.tear_n;
     const double less_n = std::min(beyond_n, std::max(kAtOnce * beyond_n, kWholly * law.tear_n));
     const double way = share[most] * at.way_m(law, most, towards, less_n);
     place.points[most] = from + way * towards;

@@ -40,7 +40,7 @@ class SutureContact {
 
  private:
   static constexpr int kMostIterations = 12;
-  static constexpr int kSettledInATick = 12;  ///< of a thread that cuts: 0.7 us each with eight bites, two the mean
+  static constexpr int kSettledInATick = 12;  ///< of a thread that cuts: 0.7 us each with eight bites, three to six in the mean
   using OfStates = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxStates, 1>;
   SuturePlace place_at(const ModeVector& q, const Vec3& hand) const noexcept;
   SutureShape shape_at(const ModeVector& q, const Vec3& hand) const noexcept;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "common/player/player.hpp"
 #include "server/reduction/basis.hpp"
