@@ -1,6 +1,7 @@
 #include "common/patch/onset.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -86,6 +87,39 @@ Clearance clearance_now(const SurfaceView& s, Positions x, const Vec3& tool, con
   return of_nearest.known && !is_inside_out(s, x, tool) ? of_nearest : Clearance{true, f->point, f->gap};
 }
 
+/// Returns the point near `from` at which the normal passes through the centre of a sphere, where it rests without friction;
+/// `from` where none is found. Normals are those of a smooth surface, of which the nearest point of a facet knows nothing.
+///
+/// With t(p) the centre's distance from the normal at p, the point slides by a t; a is the secant's of the last two, by Barzilai
+/// and Borwein, IMA J. Numer. Anal. 8 (1988): where the surface is as hollow as the sphere is round, t alone goes too short a way.
+NearestPoint faced(const SurfaceView& s, Positions x, const Vec3& centre, const NearestPoint& from) {
+  constexpr int kSlides = 16;
+  constexpr double kFacedM = 5e-6, kLeastShare = 0.1, kMostShare = 8;
+  NearestPoint at = from;
+  Vec3 t_before = Vec3::Zero(), moved = Vec3::Zero();
+  double share = 1;
+  for (int slides = 0; slides < kSlides; ++slides) {
+    const Vec3 away = centre - at.position;
+    at.height_m = away.dot(at.normal);
+    const Vec3 t = away - at.height_m * at.normal;
+    if (t.norm() < kFacedM) {
+      at.at_border = on_open_edge(s, at.point);
+      return at;
+    }
+    if (slides > 0) {
+      const double nearer = moved.dot(t_before - t);
+      share = nearer > 0 ? std::clamp(moved.squaredNorm() / nearer, kLeastShare, kMostShare) : kMostShare;
+    }
+    const Vec3 before = at.position;
+    at.point = slide(s, x, at.point, share * t);
+    at.position = position_at(s, x, at.point);
+    at.normal = normal_at(s, x, at.point);
+    moved = at.position - before;
+    t_before = t;
+  }
+  return from;
+}
+
 }  // namespace
 
 Clearance clearance_of(const SurfacePoint& point, const Vec3& gap, const Vec3& normal) noexcept {
@@ -94,8 +128,9 @@ Clearance clearance_of(const SurfacePoint& point, const Vec3& gap, const Vec3& n
 
 Onset look_for_contact(const SurfaceView& s, Positions x, const Vec3& tool, double radius_m, Clearance& clearance) noexcept {
   if (radius_m > 0) {
-    const NearestPoint nearest = nearest_point(s, x, tool);
+    NearestPoint nearest = nearest_point(s, x, tool);
     clearance = {};
+    if (nearest.height_m < radius_m && !nearest.at_border) nearest = faced(s, x, tool, nearest);
     return {nearest.height_m < radius_m, nearest};
   }
   const std::optional<Followed> followed = follow(s, x, tool, clearance);

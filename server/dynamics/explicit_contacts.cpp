@@ -42,7 +42,7 @@ void ExplicitContacts::look(const ExplicitBody& body, std::vector<ToolPort>& por
     port.point = onset.nearest.point;
     port.lambda.setZero();
     port.touching = onset.touches;
-    looked_for_s_[k] = at_s + std::max(kLookS, onset.nearest.height_m / kFastestMS);
+    looked_for_s_[k] = at_s + std::max(kLookS, (onset.nearest.height_m - port.sphere.radius_m) / kFastestMS);
   }
 }
 

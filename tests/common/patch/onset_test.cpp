@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/base/random.hpp"
+#include "common/patch/contact_law.hpp"
 
 using namespace palpate;
 
@@ -149,4 +150,41 @@ TEST_CASE("Around edges and corners a tool touches where it is inside, and nowhe
     if (touches) clearance = {}, tool += Vec3(0.02, 0.01, 0.02);
   }
   CHECK(onsets > 50);
+}
+
+TEST_CASE("A sphere that comes down on the facets of a smooth hill or hollow is met without a step of the force") {
+  constexpr int kCells = 12;
+  constexpr double kCellM = 0.0085, kRadiusM = 0.0055, kStepM = 1e-5, kStiffnessNM = 1000;
+  const double bend_1_m = GENERATE(20.0, -20.0, 50.0);  // positive: a hill
+  std::vector<double> x;
+  std::vector<Triangle> triangles;
+  for (int j = 0; j <= kCells; ++j)
+    for (int i = 0; i <= kCells; ++i) {
+      const double u = kCellM * (i - 0.5 * kCells), v = kCellM * (j - 0.5 * kCells);
+      x.insert(x.end(), {u, v, -0.5 * bend_1_m * (u * u + v * v)});
+    }
+  for (int j = 0; j < kCells; ++j)
+    for (int i = 0; i < kCells; ++i) {
+      const auto a = static_cast<std::uint32_t>(i + (kCells + 1) * j), c = a + kCells + 2;
+      triangles.push_back({a, a + 1, c});
+      triangles.push_back({a, c, c - 1});
+    }
+  const Surface hill(std::move(triangles), x.size() / 3);
+  Random random(7);
+  for (int place = 0; place < 50; ++place) {
+    const Vec3 over(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0);
+    Clearance clearance;
+    for (double z = 0.03;; z -= kStepM) {
+      REQUIRE(z > -0.03);
+      const Vec3 centre = over + Vec3(0, 0, z);
+      const Onset onset = look_for_contact(hill.view(), x, centre, kRadiusM, clearance);
+      if (!onset.touches) continue;
+      const Vec3 n = onset.nearest.normal;
+      const ContactClosure closed =
+          close_contact(onset.nearest.position, Mat3::Zero(), n, centre - kRadiusM * n, {kStiffnessNM, 0.3});
+      CAPTURE(bend_1_m, over.transpose());
+      CHECK(closed.lambda.norm() <= 1.1 * kStiffnessNM * kStepM);
+      break;
+    }
+  }
 }

@@ -50,6 +50,19 @@ TEST_CASE("A tool that presses, strokes and lets go feels what it feels with an 
   CHECK(felt.back() == Vec3::Zero());
 }
 
+TEST_CASE("A sphere is met as soon as it touches, however large it is") {
+  constexpr double kRadiusM = 0.008, kSpeedMS = 0.2, kAboveM = 0.0105;
+  ToolBench bench(box_body(4, 4, 4), ContactKind::touch);
+  bench.port.sphere.radius_m = kRadiusM;
+  Leapfrog leapfrog(bench.dynamics, bench.skin);
+  const auto way = [](double t) { return Vec3(0.02, 0.031, kTopM + kRadiusM + kAboveM - kSpeedMS * t); };
+  const auto truth = bench.felt(bench.fine, 0.0005, 0.06, way);
+  const auto felt = bench.felt(leapfrog, 0.010, 0.06, way);
+  REQUIRE(truth[4].isZero(0));
+  REQUIRE(truth[5].norm() > 0.1);  // 1.5 mm in
+  CHECK((felt[5] - truth[5]).norm() < 0.05 * truth[5].norm());
+}
+
 TEST_CASE("A body without dampers swings on at its energy") {
   LumpedBody body = box_body(4, 4, 4);
   for (Element& e : body.elements) e.damping_n_s_m = 0;
