@@ -11,6 +11,7 @@ import sys
 CASES = (  # a deck of seconds, and where README.md has its figure
     ("bar", ("0.45", "16", "5", "4"), r"^\| 16 x 5 x 4 \|(?: [\d.]+ \|){2} ([\d.]+) \|", 1.0),
     ("block", ("0.45", "3", "3", "3"), r"^\| 3 x 3 x 3 \| ([\d.]+) \|", 1.0),
+    ("cantilever", ("0.4", "32", "2", "4"), r"^\| 32 x 2 x 4 \| ([\d.]+) \|", 1e-6),
     ("glued", ("0.45", "8", "4", "4"), r"8 x 4 x 4 elements ([\d.]+)", 1e-3),
 )
 
