@@ -40,6 +40,7 @@ void Camera::fit(std::span<const Triangle> triangles, std::span<const Vec3f> pos
   for (const Triangle& t : triangles) {
     for (const std::uint32_t i : t) include(positions[i]);
   }
+  distance_ /= nearer_;
 }
 
 void Camera::look_from(Side side) {

@@ -17,6 +17,8 @@ class Camera {
   /// Moves the middle of the picture to the middle of the part that panels leave free.
   void cover(float share) { covered_ = share; }
   void look_from(Side side);
+  /// Lets fit() come nearer by this factor.
+  void come_nearer(float times) { nearer_ = times; }
   /// Turns by a mouse drag: a drag across the whole height turns by half a circle.
   void orbit(float dx, float dy);
   /// Moves sideways by a drag in fractions of the picture's height.
@@ -32,7 +34,7 @@ class Camera {
 
  private:
   static constexpr float kAzimuth = -0.95F, kElevation = 0.62F;  ///< three quarters, high enough to look into an indentation
-  float azimuth_ = kAzimuth, elevation_ = kElevation, distance_ = 1.0F, size_ = 1.0F, covered_ = 0;
+  float azimuth_ = kAzimuth, elevation_ = kElevation, distance_ = 1.0F, size_ = 1.0F, covered_ = 0, nearer_ = 1;
   Vec3f target_ = Vec3f::Zero();
 };
 

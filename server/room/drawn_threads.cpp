@@ -40,10 +40,34 @@ DrawnBites drawn_bites(const Sutures& sutures, const BodyState& state, std::uint
   return bites;
 }
 
+/// The surface of a body at rest, without the walls of cuts.
+class OuterSurface {
+ public:
+  explicit OuterSurface(const LumpedBody& body) : x_(vertices_at_rest(body)) {
+    std::vector<Triangle> outer;
+    const auto is_wall = [&](std::uint32_t v) { return !body.is_node(v) && body.embedded[v - body.nodes.size()].is_wall; };
+    for (const Triangle& t : body.triangles)
+      if (std::ranges::none_of(t, is_wall)) outer.push_back(t);
+    surface_ = Surface(std::move(outer), x_.size());
+  }
+  /// Returns the way from a point in the body to where a thread of this radius lies on the surface.
+  Vec3 above(const Vec3& point, double radius_m) const {
+    if (surface_.empty()) return Vec3::Zero();
+    const NearestPoint nearest = nearest_point(surface_.view(), {x_.front().data(), 3 * x_.size()}, point);
+    return nearest.position + radius_m * nearest.normal - point;
+  }
+
+ private:
+  std::vector<Vec3> x_;
+  Surface surface_;
+};
+
 }  // namespace
 
 DrawnThreads::DrawnThreads(const LumpedBody& body) : body_(&body) {
-  constexpr int kStubSegments = 2;
+  constexpr int kStubSegments = 2;  // to the surface, and to the middle
+  if (body.sutures.empty()) return;
+  const OuterSurface surface(body);
   for (const Suture& suture : body.sutures) {
     const std::vector<SutureBite>& bites = suture.bites;
     Thread thread{ThreadChain(bites.front().rest, Vec3::UnitZ(), suture.length_m.front()),
@@ -51,8 +75,10 @@ DrawnThreads::DrawnThreads(const LumpedBody& body) : body_(&body) {
                   {}};
     for (std::size_t j = 1; j < bites.size(); ++j) {
       const Vec3 middle = 0.5 * (bites[j - 1].rest + bites[j].rest);
-      thread.spans.push_back(
-          {ThreadChain(bites[j - 1].rest, middle, kStubSegments), ThreadChain(bites[j].rest, middle, kStubSegments)});
+      thread.spans.push_back({ThreadChain(bites[j - 1].rest, middle, kStubSegments),
+                              ThreadChain(bites[j].rest, middle, kStubSegments),
+                              surface.above(bites[j - 1].rest, suture.radius_m), surface.above(middle, suture.radius_m),
+                              surface.above(bites[j].rest, suture.radius_m)});
     }
     threads_.push_back(std::move(thread));
   }
@@ -76,9 +102,9 @@ void DrawnThreads::advance(const Dynamics& dynamics, const BodyState& state) {
         span.low.advance(over_s, bites.at[i], std::nullopt, low.length_m[low.bites->size()], gravity);
         span.high.advance(over_s, bites.at[i + 1], std::nullopt, high.length_m[0], gravity);
       } else {
-        const Vec3 middle = 0.5 * (bites.at[i] + bites.at[i + 1]);
-        span.low.lay(bites.at[i], middle);
-        span.high.lay(bites.at[i + 1], middle);
+        const Vec3 &from = bites.at[i], &to = bites.at[i + 1], middle = 0.5 * (from + to) + span.over_middle;
+        span.low.lay(std::array{from, Vec3(from + span.over_low), middle});
+        span.high.lay(std::array{to, Vec3(to + span.over_high), middle});
       }
     }
   }

@@ -1,6 +1,8 @@
 // Threads of a body as viewers draw them: tubes around their first tail, their bites and the spans between them, and their tail
 // up to the hand. Their vertices have the numbers after those of the body, in the mesh, in shapes and in recordings.
 //
+// A span is drawn from bite to bite over the surface above them, as it is at rest: so it is seen when it has closed a wound.
+//
 // In the middle of each span two rings are in one place, with nothing between them: where a span is cut, its two stubs hang from
 // their bites. A bite that was torn out is drawn where the one before it is.
 #pragma once
@@ -27,7 +29,8 @@ class DrawnThreads {
 
  private:
   struct Span {
-    ThreadChain low, high;  ///< from the bite before, and from that behind
+    ThreadChain low, high;                  ///< from the bite before, and from that behind
+    Vec3 over_low, over_middle, over_high;  ///< from the bites, and from their middle, to the surface
     bool cut = false;
   };
   struct Thread {

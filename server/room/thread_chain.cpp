@@ -1,6 +1,7 @@
 #include "server/room/thread_chain.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -16,6 +17,12 @@ ThreadChain::ThreadChain(const Vec3& bite, const Vec3& end, int segments)
 void ThreadChain::lay(const Vec3& bite, const Vec3& end) {
   const std::size_t last = x_.size() - 1;
   for (std::size_t i = 0; i <= last; ++i) x_[i] = bite + static_cast<double>(i) / static_cast<double>(last) * (end - bite);
+  std::ranges::fill(v_, Vec3::Zero());
+}
+
+void ThreadChain::lay(std::span<const Vec3> places) {
+  assert(places.size() == x_.size());
+  std::ranges::copy(places, x_.begin());
   std::ranges::fill(v_, Vec3::Zero());
 }
 

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/base/types.hpp"
@@ -30,6 +31,8 @@ class ThreadChain {
   ThreadChain(const Vec3& bite, const Vec3& end, int segments);
   /// Lays it straight between two places, at rest.
   void lay(const Vec3& bite, const Vec3& end);
+  /// Lays it over these places, one for each of its points, at rest.
+  void lay(std::span<const Vec3> places);
   /// Moves on by `over_s`; `hand`: where its end is held at the end of that time, none if it is free.
   void advance(double over_s, const Vec3& bite, const std::optional<Vec3>& hand, double length_m, const Vec3& gravity_m_s2);
   const std::vector<Vec3>& points() const { return x_; }

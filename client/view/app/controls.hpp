@@ -17,9 +17,11 @@ namespace palpate {
 class Controls {
  public:
   /// Controls a session, with a mouse that touches or nullptr. Both outlive this object.
-  Controls(ViewSession& live, TouchStation* touch, const Look& look) : view_(live), look_(look), live_(&live), touch_(touch) {}
+  Controls(ViewSession& live, TouchStation* touch, const Look& look, const Camera& camera)
+      : view_(live, camera), look_(look), live_(&live), touch_(touch) {}
   /// Controls a recording that is played.
-  Controls(RecordedSource& replay, const Look& look) : view_(replay), look_(look), replay_(&replay) {}
+  Controls(RecordedSource& replay, const Look& look, const Camera& camera)
+      : view_(replay, camera), look_(look), replay_(&replay) {}
   /// Connects the window's mouse and keys.
   void attach(GLFWwindow* window, const Stage& stage, float density);
   /// Passes the pointer's position to the mouse's station; no effect without one.

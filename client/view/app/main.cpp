@@ -140,6 +140,11 @@ void add_flags(CLI::App& app, ViewOptions& options, std::string& size, bool& lig
       ->check(number_from(0.01, 60.0));
   app.add_option("--duration-s", options.duration_s, "end after this many seconds; default: when the window is closed")
       ->check(number_from(0.0, kLongestS));
+  app.add_option_function<float>(
+         "--nearer", [&options](float times) { options.camera.come_nearer(times); },
+         "how many times nearer than where all of the body is in the picture")
+      ->default_str("1")
+      ->check(number_from(0.1, 10.0));
   add_choice(
       app, "--color", options.look.color,
       "quantity that colours show: displacement from rest, the largest force in a spring, the support of the local patches, "

@@ -76,7 +76,7 @@ void run_offscreen(const ViewOptions& options, ViewSession& session) {
   setpriority(PRIO_PROCESS, 0, 10);
   const double first_s =
       options.frames.empty() ? options.after_s.value_or(options.duration_s.value_or(2)) : options.after_s.value_or(0);
-  SceneView view(session);
+  SceneView view(session, options.camera);
   watch_until(start + from_seconds(first_s), options, session, view);
   wait_for_shape(session, start);
   if (stop_requested()) return;
@@ -89,7 +89,7 @@ void run_offscreen(const ViewOptions& options, ViewSession& session) {
 
 void run_offscreen(const ViewOptions& options, RecordedSource& recording) {
   setpriority(PRIO_PROCESS, 0, 10);
-  SceneView view(recording);
+  SceneView view(recording, options.camera);
   const OffscreenContext context;
   Stage stage(options.width, options.height, 1.0F);
   // The clock stands still: a picture depends only on its moment.

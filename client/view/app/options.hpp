@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "client/view/camera.hpp"
 #include "client/view/sight.hpp"
 #include "common/trust/client_channel.hpp"
 
@@ -25,6 +26,7 @@ struct ViewOptions {
   double fps = 30;
   std::uint16_t kbit_s = 0;
   Look look;
+  Camera camera;  ///< at first
   bool offscreen() const { return !screenshot.empty() || !frames.empty(); }
 };
 

@@ -8,7 +8,7 @@ namespace palpate {
 
 class SceneView {
  public:
-  explicit SceneView(ViewSource& source) : source_(source) {}
+  SceneView(ViewSource& source, const Camera& camera) : source_(source), camera_(camera) {}
   /// Width over height of the picture, and the share of it that panels cover.
   struct Frame {
     float aspect = 1, covered = 0;

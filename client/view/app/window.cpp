@@ -157,14 +157,14 @@ void run_window(const ViewOptions& options, ViewSession& session) {
   std::optional<TouchStation> touch;
   if (!options.touch.empty())
     touch.emplace(options.server, options.touch, options.room, options.keys, options.guide, options.tool);
-  Controls controls(session, touch ? &*touch : nullptr, screen.look());
+  Controls controls(session, touch ? &*touch : nullptr, screen.look(), options.camera);
   screen.run(controls, touch ? &*touch : nullptr);
   if (touch) fmt::print("palpate-view: {}\n", touch->summary());
 }
 
 void run_window(const ViewOptions& options, RecordedSource& recording) {
   Screen screen(options);
-  Controls controls(recording, screen.look());
+  Controls controls(recording, screen.look(), options.camera);
   recording.clock().toggle(now_us());
   screen.run(controls, nullptr);
 }

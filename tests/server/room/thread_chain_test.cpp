@@ -1,8 +1,10 @@
-// The free part of a thread as it is seen: a catenary, its length, and a hand that pulls it straight.
+// A thread as it is seen: its free part, a catenary, its length, and a hand that pulls it straight; its spans.
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "server/room/thread_chain.hpp"
+#include "server/body/skin.hpp"
+#include "server/body/unload.hpp"
+#include "server/room/drawn_threads.hpp"
 
 using namespace palpate;
 
@@ -58,5 +60,25 @@ TEST_CASE("A thread that is paid out keeps its length, whatever a hand does") {
     chain.advance(0.05, bite, hand, length_m, kGravity);
     CHECK(longest_error(chain, length_m) < 1e-3);
     CHECK((chain.points().back() - hand).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("Spans between bites in the body are drawn over its surface") {
+  const Scene scene = open_scene(std::string(PALPATE_SOURCE_DIR) + "/scenes/cuts/stitches.json");
+  const Dynamics dynamics(scene.body);
+  const Skin skin(scene.body);
+  DrawnThreads threads(scene.body);
+  threads.advance(dynamics, dynamics.rest_state());
+  std::vector<Vec3> rings;
+  threads.append(rings);
+  const std::size_t each = rings.size() / scene.body.sutures.size(), first_tail = 5, span = 4, sides = 4;
+  for (std::size_t k = 0; k < scene.body.sutures.size(); ++k) {
+    const Suture& suture = scene.body.sutures[k];
+    for (const SutureBite& bite : suture.bites) CHECK(skin.nearest(0, skin.rest(), bite.rest).height_m < -suture.radius_m);
+    for (std::size_t i = first_tail; i < first_tail + span; ++i) {
+      Vec3 middle = Vec3::Zero();
+      for (std::size_t s = 0; s < sides; ++s) middle += rings[k * each + sides * i + s] / sides;
+      CHECK(skin.nearest(0, skin.rest(), middle).height_m > 0.5 * suture.radius_m);
+    }
   }
 }
