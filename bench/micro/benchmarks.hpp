@@ -7,6 +7,7 @@ void add_tick_benchmarks();   ///< haptic tick: patch player alone, and whole
 void add_patch_benchmarks();  ///< path of a patch: encode, decode, check, compile, catch up
 void add_body_benchmarks();   ///< forces, tangents and solvers over body size
 void add_frame_benchmarks();  ///< frame of a server: scenes and schemes
+void add_cut_benchmarks();    ///< changes of topology: a blade that goes into a body
 void add_trust_benchmarks();  ///< trust channel: seal, open, refuse, answer, handshake
 
 }  // namespace palpate

@@ -48,6 +48,18 @@ Scene solid_cube_of(int n, double damping_s) {
   return scene;
 }
 
+Scene blade_of(double spacing_m) {
+  const SceneText text(scene_folder / "cuts" / "blade.json");
+  SceneSettings settings = read_settings(text);
+  settings.lattice.spacing_m = spacing_m;
+  Scene scene;
+  scene.name = settings.name;
+  scene.tool = settings.tool;
+  scene.body = build_lattice(settings.lattice, text).body;
+  scene.body.tissue = settings.tissue;
+  return scene;
+}
+
 Motion above(const Scene& scene, const Motion& motion, double height_m) {
   Scene touched = scene;
   touched.tool.contact = ContactKind::touch;

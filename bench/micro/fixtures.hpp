@@ -18,6 +18,8 @@ Motion motion_of(const std::string& name);
 Scene cube_of(int n);
 /// The same cube of n^3 nodes of hexahedra: neo-Hookean, 5.5 kPa, nu = 0.45, 1060 kg/m^3.
 Scene solid_cube_of(int n, double damping_s);
+/// The body and the blade of cuts/blade.json with cells of `spacing_m`.
+Scene blade_of(double spacing_m);
 /// Moves the motion so that it starts `height_m` above the middle of the top of the body.
 Motion above(const Scene& scene, const Motion& motion, double height_m);
 

@@ -19,7 +19,7 @@ constexpr std::string_view kUsage = R"(palpate-bench: what each part of Palpate 
 usage: palpate-bench [--scenes DIR] [--benchmark_...]
 
   --scenes DIR                  folder of the scenes and motions (default: scenes)
-  --benchmark_filter=REGEX      only these, for example tick/, patch/, body/, frame/organ, trust/
+  --benchmark_filter=REGEX      only these, for example tick/, patch/, body/, frame/organ, cut/, trust/
   --benchmark_list_tests        name them
   --benchmark_out=FILE          results as JSON, with the machine's description (--benchmark_out_format=csv for a table)
   --benchmark_repetitions=N     repeat; means, medians and deviations are added
@@ -51,6 +51,7 @@ int run_all() {
   palpate::add_patch_benchmarks();
   palpate::add_body_benchmarks();
   palpate::add_frame_benchmarks();
+  palpate::add_cut_benchmarks();
   palpate::add_trust_benchmarks();
   benchmark::AddCustomContext("peak_gflops", std::to_string(machine().peak_gflops));
   benchmark::AddCustomContext("triad_cache_gb_s", std::to_string(machine().near_gb_s));

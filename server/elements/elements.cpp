@@ -32,6 +32,23 @@ ShapeKey<Shape> key_of(const typename Shape::Positions& rest, std::uint32_t mate
   return key;
 }
 
+/// Entries of a pattern for the pairs of nodes of each cell; `first`, `incident`: cells of each node.
+template <class Shape>
+std::vector<std::uint32_t> entries_of(const std::vector<ElementCell<Shape>>& cells, std::span<const std::uint32_t> first,
+                                      std::span<const std::uint32_t> incident, const BlockPattern& pattern) {
+  constexpr std::size_t kNodes = Shape::kNodes;
+  std::vector<std::uint32_t> entries(kNodes * kNodes * cells.size());
+  std::vector<std::uint32_t> in_row(pattern.rows());  // entry of each column
+  for (std::uint32_t i = 0; i < pattern.rows(); ++i) {
+    for (std::uint32_t e = pattern.row_begin(i); e < pattern.row_end(i); ++e) in_row[pattern.column(e)] = e;
+    for (const std::uint32_t cell : incident.subspan(first[i], first[i + 1] - first[i]))
+      for (std::size_t k = 0; k < kNodes; ++k)
+        if (cells[cell].nodes[k] == i)
+          for (std::size_t l = 0; l < kNodes; ++l) entries[kNodes * (kNodes * cell + k) + l] = in_row[cells[cell].nodes[l]];
+  }
+  return entries;
+}
+
 }  // namespace
 
 template <class Shape>
@@ -48,11 +65,10 @@ Elements<Shape>::Elements(const LumpedBody& body, const BlockMatrix& pattern) : 
       cells_.push_back({{one.a, one.b}, 0, 0});
     else
       cells_.push_back({one.nodes, 0, one.material});
-    for (const std::uint32_t i : cells_.back().nodes)
-      for (const std::uint32_t j : cells_.back().nodes) entries_.push_back(i == j ? pattern.diagonal(i) : pattern.find(i, j));
   }
   find_shapes();
   list_incident();
+  entries_ = entries_of<Shape>(cells_, first_, incident_, pattern);
   std::vector<std::uint32_t> order(cells_.size());
   std::iota(order.begin(), order.end(), 0U);
   batches_ = batches(order);
@@ -70,13 +86,20 @@ void Elements<Shape>::find_shapes() {
     of_shape_.assign(cells_.size(), 1);
   } else {
     std::map<ShapeKey<Shape>, std::uint32_t> known;
+    ShapeKey<Shape> last{};
     for (std::size_t k = 0; k < cells_.size(); ++k) {
       Cell& cell = cells_[k];
       const double share = cells_of(*body_, static_cast<const Shape*>(nullptr))[k].share;
       typename Shape::Positions rest;
       for (int i = 0; i < Shape::kNodes; ++i) rest.col(i) = body_->nodes[cell.nodes[static_cast<std::size_t>(i)]];
-      const auto [shape, fresh] =
-          known.try_emplace(key_of<Shape>(rest, cell.material, share), static_cast<std::uint32_t>(shapes.size()));
+      const ShapeKey<Shape> key = key_of<Shape>(rest, cell.material, share);
+      if (k > 0 && key == last) {  // as beside each other in a lattice
+        cell.shape = cells_[k - 1].shape;
+        ++of_shape_[cell.shape];
+        continue;
+      }
+      last = key;
+      const auto [shape, fresh] = known.try_emplace(key, static_cast<std::uint32_t>(shapes.size()));
       if (fresh) {
         shapes.emplace_back(rest, body_->materials[cell.material].young_pa, share);
         of_shape_.push_back(0);

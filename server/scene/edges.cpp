@@ -10,12 +10,14 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& 
   for (const Element& e : body.elements) edges.emplace_back(e.a, e.b);
   if (!body.is_solid()) return edges;
   std::vector<std::vector<std::uint32_t>> above(body.nodes.size());  // nodes of higher number that share a cell with each
+  constexpr std::size_t kInLattice = 13;
+  for (auto& each : above) each.reserve(kInLattice);
   const auto add = [&](const auto& cells) {
     for (const auto& cell : cells)
       for (std::size_t i = 0; i < cell.nodes.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
           const auto [low, high] = std::minmax(cell.nodes[i], cell.nodes[j]);
-          if (low != high) above[low].push_back(high);
+          if (low != high && std::ranges::find(above[low], high) == above[low].end()) above[low].push_back(high);
         }
   };
   add(body.tetrahedra);
@@ -25,7 +27,6 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_of(const LumpedBody& 
   std::sort(of_springs.begin(), of_springs.end());
   for (std::uint32_t low = 0; low < above.size(); ++low) {
     std::sort(above[low].begin(), above[low].end());
-    above[low].erase(std::unique(above[low].begin(), above[low].end()), above[low].end());
     for (const std::uint32_t high : above[low])
       if (!std::binary_search(of_springs.begin(), of_springs.end(), std::pair{low, high})) edges.emplace_back(low, high);
   }

@@ -24,23 +24,41 @@ Shape shape_of(std::size_t node, const Vec3& xi) {
   return shape;
 }
 
-/// Those of all nodes at the points of Gauss' rule with two points per axis.
-std::array<std::array<Shape, 8>, 8> gauss_shapes() {
-  std::array<std::array<Shape, 8>, 8> shapes;
-  for (std::size_t point = 0; point < 8; ++point)
-    for (std::size_t i = 0; i < 8; ++i)
-      shapes[point][i] = shape_of(i, Vec3(sign_of(point, 0), sign_of(point, 1), sign_of(point, 2)) / std::sqrt(3.0));
+using AtPoints = Eigen::Array<double, 8, 1>;
+
+/// Those of a node at the points of Gauss' rule with two points per axis, side by side.
+struct GaussShape {
+  AtPoints value;
+  std::array<AtPoints, 3> slope;
+};
+std::array<GaussShape, 8> gauss_shapes() {
+  std::array<GaussShape, 8> shapes;
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t point = 0; point < 8; ++point) {
+      const Shape at = shape_of(i, Vec3(sign_of(point, 0), sign_of(point, 1), sign_of(point, 2)) / std::sqrt(3.0));
+      const auto lane = static_cast<Eigen::Index>(point);
+      shapes[i].value[lane] = at.value;
+      for (std::size_t a = 0; a < 3; ++a) shapes[i].slope[a][lane] = at.slope[static_cast<Eigen::Index>(a)];
+    }
   return shapes;
 }
 
 /// Adds the nodal masses by Gauss' rule: exact with two points, as the volume density is of second order along each.
 void add_volumes(const Hexahedron& cell, std::span<const Vec3> x, double density_kg_m3, std::vector<double>& to) {
-  static const auto shapes = gauss_shapes();
-  for (const std::array<Shape, 8>& at : shapes) {
-    Mat3 jacobian = Mat3::Zero();
-    for (std::size_t i = 0; i < 8; ++i) jacobian += x[cell.nodes[i]] * at[i].slope.transpose();
-    const double mass_kg = density_kg_m3 * jacobian.determinant();
-    for (std::size_t i = 0; i < 8; ++i) to[cell.nodes[i]] += mass_kg * at[i].value;
+  static const std::array<GaussShape, 8> shapes = gauss_shapes();
+  std::array<std::array<AtPoints, 3>, 3> j;  // the Jacobian
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t c = 0; c < 3; ++c) {
+      j[r][c] = AtPoints::Zero();
+      for (std::size_t i = 0; i < 8; ++i) j[r][c] += x[cell.nodes[i]][static_cast<Eigen::Index>(r)] * shapes[i].slope[c];
+    }
+  const auto part = [&](std::size_t a, std::size_t b, std::size_t c) -> AtPoints {
+    return j[0][a] * (j[1][b] * j[2][c] - j[1][c] * j[2][b]);
+  };
+  const AtPoints mass_kg = density_kg_m3 * (part(0, 1, 2) - part(1, 0, 2) + part(2, 0, 1));
+  for (std::size_t i = 0; i < 8; ++i) {
+    const AtPoints of_node = mass_kg * shapes[i].value;
+    for (const double each : of_node) to[cell.nodes[i]] += each;
   }
 }
 

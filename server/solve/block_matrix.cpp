@@ -1,26 +1,39 @@
 #include "server/solve/block_matrix.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <span>
 #include <utility>
 
 namespace palpate {
 
 BlockPattern::BlockPattern(std::uint32_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
                            Triangles triangles) {
-  std::vector<std::vector<std::uint32_t>> neighbours(rows);
-  for (std::uint32_t i = 0; i < rows; ++i) neighbours[i].push_back(i);
+  std::vector<std::uint32_t> end(rows + 1, 1);  // of the neighbours of each row, which begin with itself
   for (const auto& [a, b] : pairs) {
-    neighbours[std::min(a, b)].push_back(std::max(a, b));
-    if (triangles == Triangles::both) neighbours[std::max(a, b)].push_back(std::min(a, b));
+    ++end[std::min(a, b)];
+    if (triangles == Triangles::both) ++end[std::max(a, b)];
+  }
+  std::exclusive_scan(end.begin(), end.end(), end.begin(), 0U);
+  std::vector<std::uint32_t> neighbours(end.back());
+  const std::vector<std::uint32_t> begin = end;
+  for (std::uint32_t i = 0; i < rows; ++i) neighbours[end[i]++] = i;
+  for (const auto& [a, b] : pairs) {
+    neighbours[end[std::min(a, b)]++] = std::max(a, b);
+    if (triangles == Triangles::both) neighbours[end[std::max(a, b)]++] = std::min(a, b);
   }
   first_.assign(rows + 1, 0);
   diagonal_.resize(rows);
+  columns_.reserve(neighbours.size());
   for (std::uint32_t i = 0; i < rows; ++i) {
-    auto& row = neighbours[i];
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
-    diagonal_[i] = first_[i] + static_cast<std::uint32_t>(std::lower_bound(row.begin(), row.end(), i) - row.begin());
-    columns_.insert(columns_.end(), row.begin(), row.end());
+    const auto of = std::span(neighbours).subspan(begin[i], end[i] - begin[i]), others = of.subspan(1);
+    if (std::ranges::is_sorted(others))  // as those of ordered pairs are
+      std::rotate(of.begin(), others.begin(), std::ranges::lower_bound(others, i));
+    else
+      std::ranges::sort(of);
+    const auto past = std::unique(of.begin(), of.end());
+    diagonal_[i] = first_[i] + static_cast<std::uint32_t>(std::lower_bound(of.begin(), past, i) - of.begin());
+    columns_.insert(columns_.end(), of.begin(), past);
     first_[i + 1] = static_cast<std::uint32_t>(columns_.size());
   }
 }
