@@ -90,8 +90,8 @@ Clearance clearance_now(const SurfaceView& s, Positions x, const Vec3& tool, con
 /// Returns the point near `from` at which the normal passes through the centre of a sphere, where it rests without friction;
 /// `from` where none is found. Normals are those of a smooth surface, of which the nearest point of a facet knows nothing.
 ///
-/// With t(p) the centre's distance from the normal at p, the point slides by a t; a is the secant's of the last two, by Barzilai
-/// and Borwein, IMA J. Numer. Anal. 8 (1988): where the surface is as hollow as the sphere is round, t alone goes too short a way.
+/// With t(p) the way from the normal at p to the centre, the point slides by a t, a of the last two (Barzilai and Borwein, IMA J.
+/// Numer. Anal. 8 (1988)): where the surface is as hollow as the sphere is round, t alone goes too short a way.
 NearestPoint faced(const SurfaceView& s, Positions x, const Vec3& centre, const NearestPoint& from) {
   constexpr int kSlides = 16;
   constexpr double kFacedM = 5e-6, kLeastShare = 0.1, kMostShare = 8;

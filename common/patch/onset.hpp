@@ -11,8 +11,8 @@
 // Where the body is inside out the tool is in front of two sheets that face each other, and only the one from which it came
 // counts. A tool whose path is unknown, or longer than kFollowedM, touches the nearest point of all where it is inside.
 //
-// A sphere of a tool with a body (tool_shape.hpp) touches where its centre is nearer than its radius, or inside: at the point near
-// the nearest of all whose normal passes through the centre, where the force of the contact law begins at zero.
+// A sphere of a tool with a body (tool_shape.hpp) touches where its centre is nearer than its radius, or inside: at the point
+// near the nearest of all whose normal passes through the centre, where the force of the contact law begins at zero.
 //
 // Positions in m. What can go wrong: a path of more than kFollowedM through something thin is not noticed. The path is assumed
 // straight, and the surface around the point is assumed to move without rotation.

@@ -50,17 +50,24 @@ TEST_CASE("A tool that presses, strokes and lets go feels what it feels with an 
   CHECK(felt.back() == Vec3::Zero());
 }
 
-TEST_CASE("A sphere is met as soon as it touches, however large it is") {
-  constexpr double kRadiusM = 0.008, kSpeedMS = 0.2, kAboveM = 0.0105;
+TEST_CASE("A sphere is met as soon as it touches, from whatever height it comes") {
+  constexpr double kRadiusM = 0.008, kSpeedMS = 0.2, kSureN = 0.3;  // 0.4 mm in: 2 ms of its way
   ToolBench bench(box_body(4, 4, 4), ContactKind::touch);
   bench.port.sphere.radius_m = kRadiusM;
-  Leapfrog leapfrog(bench.dynamics, bench.skin);
-  const auto way = [](double t) { return Vec3(0.02, 0.031, kTopM + kRadiusM + kAboveM - kSpeedMS * t); };
-  const auto truth = bench.felt(bench.fine, 0.0005, 0.06, way);
-  const auto felt = bench.felt(leapfrog, 0.010, 0.06, way);
-  REQUIRE(truth[4].isZero(0));
-  REQUIRE(truth[5].norm() > 0.1);  // 1.5 mm in
-  CHECK((felt[5] - truth[5]).norm() < 0.05 * truth[5].norm());
+  int met = 0;
+  for (double above_m = 0.001; above_m < 0.008; above_m += 0.0005) {
+    Leapfrog leapfrog(bench.dynamics, bench.skin);
+    const auto way = [&](double t) { return Vec3(0.02, 0.031, kTopM + kRadiusM + above_m - kSpeedMS * t); };
+    const auto truth = bench.felt(bench.fine, 0.0005, 0.05, way);
+    const auto felt = bench.felt(leapfrog, 0.010, 0.05, way);
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      if (truth[k].norm() < kSureN) continue;
+      ++met;
+      CAPTURE(above_m, k);
+      CHECK((felt[k] - truth[k]).norm() < 0.1 * truth[k].norm());
+    }
+  }
+  CHECK(met > 20);
 }
 
 TEST_CASE("A body without dampers swings on at its energy") {
