@@ -87,14 +87,15 @@ Clearance clearance_now(const SurfaceView& s, Positions x, const Vec3& tool, con
   return of_nearest.known && !is_inside_out(s, x, tool) ? of_nearest : Clearance{true, f->point, f->gap};
 }
 
-/// Returns the point near `from` at which the normal passes through the centre of a sphere, where it rests without friction;
-/// `from` where none is found. Normals are those of a smooth surface, of which the nearest point of a facet knows nothing.
+/// Returns the Phong projection of a sphere's centre near `from`, the point at which the interpolated normal passes through it:
+/// there the sphere rests without friction. Returns `from` where none is found.
 ///
-/// With t(p) the way from the normal at p to the centre, the point slides by a t, a of the last two (Barzilai and Borwein, IMA J.
-/// Numer. Anal. 8 (1988)): where the surface is as hollow as the sphere is round, t alone goes too short a way.
-NearestPoint faced(const SurfaceView& s, Positions x, const Vec3& centre, const NearestPoint& from) {
+/// Each slide is a t(p), with t(p) the way from the normal at p to the centre; a follows from the last two slides, as by Barzilai
+/// and Borwein, IMA J. Numer. Anal. 8 (1988), since t alone is too short where the surface is about as hollow as the sphere is
+/// round. Source of the projection: Panozzo et al., Weighted averages on surfaces, ACM Trans. Graph. 32 (2013).
+NearestPoint phong_projection(const SurfaceView& s, Positions x, const Vec3& centre, const NearestPoint& from) {
   constexpr int kSlides = 16;
-  constexpr double kFacedM = 5e-6, kLeastShare = 0.1, kMostShare = 8;
+  constexpr double kNearM = 5e-6, kLeastShare = 0.1, kMostShare = 8;
   NearestPoint at = from;
   Vec3 t_before = Vec3::Zero(), moved = Vec3::Zero();
   double share = 1;
@@ -102,7 +103,7 @@ NearestPoint faced(const SurfaceView& s, Positions x, const Vec3& centre, const 
     const Vec3 away = centre - at.position;
     at.height_m = away.dot(at.normal);
     const Vec3 t = away - at.height_m * at.normal;
-    if (t.norm() < kFacedM) {
+    if (t.norm() < kNearM) {
       at.at_border = on_open_edge(s, at.point);
       return at;
     }
@@ -130,7 +131,7 @@ Onset look_for_contact(const SurfaceView& s, Positions x, const Vec3& tool, doub
   if (radius_m > 0) {
     NearestPoint nearest = nearest_point(s, x, tool);
     clearance = {};
-    if (nearest.height_m < radius_m && !nearest.at_border) nearest = faced(s, x, tool, nearest);
+    if (nearest.height_m < radius_m && !nearest.at_border) nearest = phong_projection(s, x, tool, nearest);
     return {nearest.height_m < radius_m, nearest};
   }
   const std::optional<Followed> followed = follow(s, x, tool, clearance);

@@ -200,11 +200,11 @@ def check_words(path, text):
     for pattern, term, _ in words:
         if match := pattern.search(path):
             yield 1, f"words: the file's name has {match.group(0)}; the usual term: {term}"
-    lines = [FILE_NAMES.sub("", line) for line in text.split("\n")]
-    words = [word for word in words if word[0].search("\n".join(lines))]
-    for number, line in enumerate(lines, 1):
+    words = [word for word in words if word[0].search(FILE_NAMES.sub("", text))]
+    for number, line in enumerate(text.split("\n"), 1):
         if match := UNFINISHED.search(line):
             yield number, "words: " + match.group(0)
+        line = FILE_NAMES.sub("", line)
         for pattern, term, _ in words:
             if match := pattern.search(line):
                 yield number, f"words: {match.group(0)}; the usual term: {term}"

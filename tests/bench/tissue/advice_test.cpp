@@ -64,16 +64,11 @@ std::string misfits_of(const Advice& advice) { return fmt::format("{}", fmt::joi
 
 }  // namespace
 
-TEST_CASE(
-    "Advice is a scene that loads with what was promised, deep presses and costs are measured, slow machines get the fastest "
-    "mesh") {
+TEST_CASE("Advice for a surface is a scene that loads, with the mesh, step and material that were promised") {
   AdviceRequest request = for_box("scene");
   request.material = "ecoflex-00-10";  // ten times as stiff as the tissue of the other tests, and so is the rounding of forces
-  const auto advised = [&](std::int64_t reading_ns) {
-    std::int64_t now = 0;
-    return advise(request, [&] { return now += reading_ns; });
-  };
-  const Advice advice = advised(1000);
+  std::int64_t now = 0;
+  const Advice advice = advise(request, [&] { return now += 1000; });
   const AdvisedMesh& mesh = advice.tried[advice.chosen];
   CHECK(advice.true_enough);
   CHECK(advice.error() <= request.error);
@@ -87,18 +82,6 @@ TEST_CASE(
   CHECK(scene.body.materials.front().young_pa == 55000);
   // At least 79 % for every mesh if each has its own normal, and some places are beside the support.
   for (const AdvisedMesh& tried : advice.tried) CHECK(tried.worst_error < 0.5);
-  CHECK(advice.fast_enough);
-  CHECK(advice.deep_m == Approx(0.02));
-  CHECK(mesh.deep_ms > 0);
-
-  CHECK(advice.tried.front().timed());
-  const auto times = std::llround(0.8 * 1e3 / request.rate_hz / advice.tried.front().frame_ms());  // 0.6 are allowed
-  const Advice slow = advised(1000 * times);
-  CHECK_FALSE(slow.fast_enough);
-  CHECK(slow.deep_m == 0);
-  for (const AdvisedMesh& tried : slow.tried)
-    if (tried.timed()) CHECK(tried.frame_ms() >= slow.tried[slow.chosen].frame_ms());
-  CHECK(slow.tried.front().frame_ms() == Approx(static_cast<double>(times) * advice.tried.front().frame_ms()).epsilon(1e-9));
 }
 
 TEST_CASE("A place's compliance along its own normal is that of a finger, and along other directions a quadratic form of them") {
@@ -208,6 +191,37 @@ TEST_CASE("Deep presses that take longer than a frame, or find no solution, are 
   CHECK_THAT(misfits_of(advice), Contains("no step finds a solution with a hand 20 mm deep"));
 }
 
+TEST_CASE("A deep press of a body that keeps its rate is measured, and is deeper than the press that the rate is measured with") {
+  const AdviceRequest request = for_box("deep");
+  std::int64_t now = 0;
+  const Advice advice = advise(request, [&] { return now += 1000; });
+  const AdvisedMesh& mesh = advice.tried[advice.chosen];
+  CHECK(advice.deep_m == Approx(0.02));
+  CHECK(mesh.deep_ms > 0);
+}
+
+TEST_CASE("The cost that advice says is the stopwatch's: one ten times as fast makes it ten times as large") {
+  const AdviceRequest request = for_box("cost");
+  double frame_ms[2] = {};
+  std::int64_t tick_ns = 1000;
+  for (double& ms : frame_ms) {
+    std::int64_t now = 0;
+    const Advice advice = advise(request, [&] { return now += tick_ns; });
+    ms = advice.tried[advice.chosen].frame_ms();
+    tick_ns *= 10;
+  }
+  CHECK(frame_ms[0] > 0);
+  CHECK(frame_ms[1] == Approx(10 * frame_ms[0]).epsilon(1e-9));
+}
+
+TEST_CASE("A machine that is too slow for every mesh is said to be, and gets the fastest") {
+  std::int64_t now = 0;
+  const Advice advice = advise(for_box("slow"), [&] { return now += 60'000'000'000; });
+  CHECK_FALSE(advice.fast_enough);
+  for (const AdvisedMesh& mesh : advice.tried)
+    if (mesh.frame_ms() > 0) CHECK(mesh.frame_ms() >= advice.tried[advice.chosen].frame_ms());
+}
+
 TEST_CASE("Advice without a surface, a size or a material says what is wrong") {
   const auto refusal = [](AdviceRequest request) {
     try {
@@ -291,7 +305,7 @@ TEST_CASE("The error of fewer than three meshes is not known, and none is claime
   AdviceRequest request = for_box("flat");
   request.surface = box_surface("flat", {60, 60, 8});
   std::int64_t now = 0;
-  const Advice advice = advise(request, [&] { return now += 60'000'000'000; });  // so slow that little is measured
+  const Advice advice = advise(request, [&] { return now += 1000; });
   CHECK_FALSE(advice.error_known());
   CHECK_FALSE(advice.true_enough);
   CHECK_THAT(fmt::format("{}", fmt::join(misfits(request, advice), "\n")), Contains("The error is not known"));
