@@ -219,7 +219,7 @@ async function checkRefused(browser) {
   const port = await freePort();
   const body = await server(port);
   const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`, "--room", "nope");
-  const page = await open(browser, address, { viewport: { width: 1280, height: 800 } });
+  const page = await open(browser, address, { viewport: { width: 800, height: 500 } });
   await page.waitForFunction(() => document.querySelector(".nobody")?.textContent === "not known, as the server refuses this page");
   assert.equal(await page.textContent("#link"), "refused");
   const [, reason] = await program.waitFor(/palpate-web: 127\.0\.0\.1:\d+ refuses: (.+)\n/);
@@ -236,7 +236,10 @@ async function checkRooms(browser, work) {
     "--scene", `training=${join(scenes, "tasks/press.json")}`, "--scene", `cube=${join(scenes, "touch-cube.json")}`, "--scene", `cut=${join(scenes, "cuts/dissection.json")}`,
     "--scene", `parts=${join(scenes, "parts/two-organs.json")}`);
   const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`);
-  const size = { viewport: { width: 1280, height: 800 }, colorScheme: "light" };
+  const size = { viewport: { width: 800, height: 500 }, colorScheme: "light" }; // two pages at once, drawn without a GPU
+  const lost = await open(browser, `${address}#room=nope`, size);
+  await lost.waitForFunction(() => /^there is no room "nope"; this is training  \u00b7/.test(document.getElementById("status").textContent));
+  await lost.close();
   const page = await open(browser, address, size);
   const other = await open(browser, `${address}#room=cube`, size);
   const motion = heldPress(work, "trainee", -0.05, 0.01, 0.125, 0.0985);
@@ -244,9 +247,6 @@ async function checkRooms(browser, work) {
     "--station", "trainee", "--motion", motion, "--duration-s", "600");
   await page.waitForFunction(() => document.getElementById("title").textContent === "press and hold");
   await other.waitForFunction(() => document.getElementById("title").textContent === "touch-cube");
-  const lost = await open(browser, `${address}#room=nope`, size);
-  await lost.waitForFunction(() => /^there is no room "nope"; this is training  \u00b7/.test(document.getElementById("status").textContent));
-  await lost.close();
   await page.waitForSelector("#room-choice:not([hidden])");
   assert.deepEqual(await page.locator("#room option").allTextContents(), ["training", "cube", "cut", "parts"]);
   assert.equal(await page.inputValue("#room"), "training");
@@ -299,7 +299,7 @@ async function checkRooms(browser, work) {
 /** The recording of a task: its progress is that of the moment, and the summary has the attempt. */
 async function checkTask(browser, recording) {
   const { program, address } = await web(ANY_PORT, "--recording", recording);
-  const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "dark" });
+  const page = await open(browser, address, { viewport: { width: 1024, height: 640 }, colorScheme: "dark" });
   await page.waitForSelector("#task-panel:not([hidden])");
   assert.equal(await page.locator(".task-hand").count(), 0, "nobody has touched the body yet");
   await page.locator("#body").focus();
