@@ -100,7 +100,8 @@ std::optional<Matrix> PaperPatches::krylov(const Reduced& body, const Dynamics& 
 std::optional<Patch> PaperPatches::reduce(const Reduced& body, const Room::Origin& at, const Patch& held, Micros horizon) {
   const ToolPort& port = at.port;
   const bool grasp = port.kind == ContactKind::attach;
-  const int modes = modes_for(Scheme::port, port.kind, 0);
+  constexpr int kTouchModes = 8;  // as many as leave twelve vertices in a datagram, as these patches have no terms
+  const int modes = port.kind == ContactKind::touch ? kTouchModes : modes_for(Scheme::port, port.kind, 0);
   Patch patch = held;
   patch.scheme = Scheme::port;
   patch.constant = false;

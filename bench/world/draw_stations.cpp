@@ -46,7 +46,7 @@ void draw_clock(const Scenario& s, std::size_t index, StationPlan& plan) {
 /// With too few states the patch of a touch does not hold a hand still (bench/simulated-worlds.md).
 int draw_order(const Scenario& s, Random& random) {
   constexpr int kModesLeast = 5;
-  const int most = max_port_modes(s.scene.tool.contact, Scheme::port);
+  const int most = max_port_modes(s.scene.tool.contact);
   const bool usual = random.chance(0.6);
   const auto more = random.bits() % static_cast<std::uint64_t>(most - kModesLeast + 1);
   return usual ? 0 : 2 * (kModesLeast + static_cast<int>(more));

@@ -120,12 +120,29 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (event.kind != Kind::delivered || !message) return;
   Station& s = seen_[event.station];
   if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
+  const StationBounds& bounds = bounds_[event.station];
+  Newest& coming = s.coming;
+  const auto whole_now = [&] {
+    if (coming.is_whole() && coming.stamp >= s.plays_from &&
+        coming.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
+      s.arrived.push_back({now, coming.stamp});
+  };
+  if (const auto* piece = std::get_if<PatchTerms>(&message->body)) {
+    if (static_cast<std::int32_t>(piece->patch_seq - coming.terms_seq) < 0) return;
+    if (piece->patch_seq != coming.terms_seq) coming.pieces.clear();
+    coming.terms_seq = piece->patch_seq;
+    coming.of = piece->pieces;
+    if (coming.pieces.insert(piece->piece).second && coming.terms_seq == coming.seq) whole_now();
+  }
   const auto* patch = std::get_if<PatchMessage>(&message->body);
   if (!patch) return;
   s.in_reach = true;
-  const StationBounds& bounds = bounds_[event.station];
-  if (patch->patch.stamp >= s.plays_from && patch->patch.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
-    s.arrived.push_back({now, patch->patch.stamp});
+  if (static_cast<std::int32_t>(patch->patch.seq - coming.seq) > 0) {
+    coming.seq = patch->patch.seq;
+    coming.stamp = patch->patch.stamp;
+    coming.has_terms = patch->patch.has_terms;
+    whole_now();
+  }
   const Micros age = sent_own_[event.number] - patch->patch.stamp;
   if (bounds.calm(now) && age > bounds.sent_age_max)
     fail(now, fmt::format("a patch for {} left the server {} us old; expected at most {} us", bounds.name, age.count(),
@@ -138,6 +155,7 @@ void FreshnessCheck::tick(const SeenTick& seen) {
   if (bounds.joined != s.joined) {
     s.joined = bounds.joined;
     s.plays_from = seen.own;
+    s.coming = {};  // its numbers begin anew
   }
   if (seconds(seen.own - std::exchange(s.ticked, seen.own)) > Guard::kGapMaxS) {
     s.newest.reset();

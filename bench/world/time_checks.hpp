@@ -14,6 +14,7 @@
 
 #include <deque>
 #include <optional>
+#include <set>
 #include <unordered_map>
 
 #include "bench/world/check.hpp"
@@ -78,8 +79,19 @@ class FreshnessCheck final : public Check {
   struct Arrived {
     Micros at{}, stamp{};
   };
+  /// The newest patch that came, and the pieces that came of the newest terms: a patch waits for its own, while that before it is
+  /// more accurate.
+  struct Newest {
+    std::uint32_t seq = 0, terms_seq = 0;
+    Micros stamp{};
+    bool has_terms = false;
+    std::set<std::uint8_t> pieces;
+    std::size_t of = 0;
+    bool is_whole() const { return !has_terms || (terms_seq == seq && pieces.size() == of); }
+  };
   struct Station {
-    std::deque<Arrived> arrived;
+    Newest coming;
+    std::deque<Arrived> arrived;   ///< whole ones
     std::optional<Micros> newest;  ///< stamp that must be in use
     bool in_reach = true;
     Micros ticked{};                                            ///< own clock

@@ -67,7 +67,8 @@ void add_patch(py::module_& module) {
       .def_property_readonly(
           "modes", [](const FramePatch& p) { return p.patch().modes(); }, "Number of modes r.")
       .def_property_readonly(
-          "nonlinear", [](const FramePatch& p) { return p->terms.variables > 0; }, "True when it has forces beyond the tangent.")
+          "nonlinear", [](const FramePatch& p) { return p->terms.elements.count() > 0; },
+          "True when it has forces beyond the tangent.")
       .def_property_readonly(
           "valid_for_s", [](const FramePatch& p) { return seconds(p.patch().valid_for); },
           "Age beyond which a client fades its force out [s].")

@@ -60,7 +60,7 @@ Json link_json(const ClientCore& core) {
           {"patches_refused", refused},
           {"patches_accepted", core.intake_counts().accepted},
           {"patches_jumped", core.intake_counts().jumped},
-          {"patches_bent", core.intake_counts().nonlinear},
+          {"patches_with_terms", core.intake_counts().with_terms},
           {"patches_held_back", core.intake_counts().held_back},
           {"patch_bytes_mean", core.patch_bytes_mean()},
           {"patch_states", core.last_patch().states()},

@@ -62,34 +62,34 @@ void PatchIntake::hand_over(const NonlinearTerms& terms) {
   player = PatchPlayer(patch_, terms);
   catch_up(player);
   if (terms.variables > 0) {
-    ++counts_.nonlinear;
+    ++counts_.with_terms;
     compare(player);
-    nonlinear_ = player;
+    whole_ = player;
   }
-  nonlinear_plays_ = terms.variables > 0;
-  playing_ = patch_.scheme == Scheme::hyper && terms.variables == 0 ? 0 : patch_.seq;
+  whole_plays_ = terms.variables > 0;
+  playing_ = patch_.has_terms && terms.variables == 0 ? 0 : patch_.seq;
   slot_.publish();
 }
 
 bool PatchIntake::before_is_truer(Micros now) const {
-  if (!nonlinear_plays_ || patch_.scheme != Scheme::hyper) return false;
+  if (!whole_plays_ || !patch_.has_terms) return false;
   const std::int32_t behind = patches_behind();
-  if (behind > kBehindMost || now - nonlinear_->patch().stamp > nonlinear_->patch().valid_for) return false;
+  if (behind > kBehindMost || now - whole_->patch().stamp > whole_->patch().valid_for) return false;
   return before_error_n_ * behind <= linear_error_n_;
 }
 
 /// Returns the distance from the patch last handed over with its terms to the newest one.
-std::int32_t PatchIntake::patches_behind() const { return static_cast<std::int32_t>(patch_.seq - nonlinear_->patch().seq); }
+std::int32_t PatchIntake::patches_behind() const { return static_cast<std::int32_t>(patch_.seq - whole_->patch().seq); }
 
-void PatchIntake::compare(const PatchPlayer& nonlinear) {
-  if (!nonlinear_ || patches_behind() > kBehindMost) return;
+void PatchIntake::compare(const PatchPlayer& whole) {
+  if (!whole_ || patches_behind() > kBehindMost) return;
   constexpr double kShare = 0.125;
   PatchPlayer linear(patch_);
   catch_up(linear);
-  catch_up(*nonlinear_);
-  const Vec3 force = nonlinear.output().force;
+  catch_up(*whole_);
+  const Vec3 force = whole.output().force;
   const double behind = std::max(1, patches_behind());
-  before_error_n_ += kShare * ((nonlinear_->output().force - force).norm() / behind - before_error_n_);
+  before_error_n_ += kShare * ((whole_->output().force - force).norm() / behind - before_error_n_);
   linear_error_n_ += kShare * ((linear.output().force - force).norm() - linear_error_n_);
 }
 
@@ -97,8 +97,8 @@ void PatchIntake::reset() {
   last_seq_ = playing_ = 0;
   counts_.accepted = 0;
   terms_.reset();
-  nonlinear_.reset();
-  nonlinear_plays_ = false;
+  whole_.reset();
+  whole_plays_ = false;
 }
 
 }  // namespace palpate

@@ -1,11 +1,11 @@
 // The network side of the hand-over: a checked patch arrives, is compiled, is replayed over the client's own samples, and leaves
-// through a wait-free slot to the haptic thread; and again when its terms have arrived (scheme hyper).
+// through a wait-free slot to the haptic thread; and again when its terms have arrived (nonlinear_terms.hpp).
 //
-// Until then a patch of scheme hyper is only its linear part, and the nonlinear patch before it may be more accurate although it
-// is older. Whenever terms arrive, both are compared with the new nonlinear patch at the newest sample,
+// Until then such a patch is only its linear part and a small surface, and the whole patch before it may be more accurate
+// although it is older. Whenever terms arrive, both are compared with the new whole patch at the newest sample,
 //     e_before = |f_before - f| / (patches it is behind),   e_linear = |f_linear - f|,   running means,
-// and the next patch is held back while e_before times the number of patches that the nonlinear one is then behind is at most
-// e_linear, for at most kBehindMost patches and no longer than the nonlinear one is valid.
+// and the next patch is held back while e_before times the number of patches that the whole one is then behind is at most
+// e_linear, for at most kBehindMost patches and no longer than the whole one is valid.
 //
 // A seq further ahead than any real patch is refused, because a single such datagram would make all later patches stale: with t
 // the time that stamps or our clock have advanced since the last patch, and f the server's frame rate, it may lead by kJumpFree +
@@ -28,8 +28,8 @@ namespace palpate {
 struct IntakeCounts {
   std::uint64_t accepted = 0, stale = 0, too_old = 0, from_future = 0;
   std::uint64_t jumped = 0;       ///< patches whose seq was too far ahead
-  std::uint64_t nonlinear = 0;    ///< patches played with their terms
-  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the nonlinear one before was still played
+  std::uint64_t with_terms = 0;   ///< patches played with their terms
+  std::uint64_t held_back = 0;    ///< patches that waited for their terms while the one before was still played with its own
   std::uint64_t stale_terms = 0;  ///< pieces of terms that were old, duplicated, or from another patch
 };
 
@@ -73,7 +73,7 @@ class PatchIntake {
   void catch_up(PatchPlayer& player) const;
   void hand_over(const NonlinearTerms& terms);
   bool before_is_truer(Micros now) const;
-  void compare(const PatchPlayer& nonlinear);
+  void compare(const PatchPlayer& whole);
   std::int32_t patches_behind() const;
 
   LatestSlot<PatchPlayer>& slot_;
@@ -84,8 +84,8 @@ class PatchIntake {
   std::uint32_t last_seq_ = 0, playing_ = 0;
   double rate_hz_ = kMaxRateHz;
   Micros last_came_{};
-  std::optional<PatchPlayer> nonlinear_;  ///< the patch handed over last with its terms
-  bool nonlinear_plays_ = false;          ///< true: nothing was handed over since `nonlinear_`
+  std::optional<PatchPlayer> whole_;  ///< the patch handed over last with its terms
+  bool whole_plays_ = false;          ///< true: nothing was handed over since `whole_`
   double before_error_n_ = 0, linear_error_n_ = 0;
   IntakeCounts counts_;
 };

@@ -76,7 +76,7 @@ void NonlinearForce::take_e2(const NonlinearTerms& terms, const Patch& patch) {
 
 NonlinearForce::NonlinearForce(const NonlinearTerms& terms, const Patch& patch) {
   constexpr double kTouchDampingMin = 20;  // |D| times a step, below which S is of no use to a touch (docs/notebook.md, 38)
-  if (terms.variables == 0) return;
+  if (terms.elements.count() == 0) return;
   steps_ = terms.grasp ? kGraspSteps : kTouchSteps;
   bool stable = take_elements(terms, false);
   if (!stable) {

@@ -31,7 +31,7 @@
 // omitted unless patch and springs, these stretched without limit, keep the body stable in spite of it.
 //
 // The terms of a touch extend the surface beyond the part that fitted into the patch's own datagram: the tool can slide on where
-// the patch's own piece ends.
+// the patch's own piece ends. Those of a linear patch are that surface alone, without elements.
 //
 // Shapes: D, D1, S n x n, e2 n (n + 1) / 2 numbers, C r x r [s], f_b, g n. What can go wrong: springs that are too stiff for the
 // step get twice as many steps; if they are still too stiff, their modes get more mass, or all is empty and only the linear patch

@@ -107,15 +107,16 @@ struct OtherContact {
 inline constexpr int kMaxOtherContacts = static_cast<int>(kMaxToolSpheres) - 1;
 struct PatchOthers {
   int count = 0;
-  int own = 0;  ///< number of those that are of the same tool, which come first
-  /// The surface of the terms moves these: R_o is zero, and c_static, alike in all directions along the surface, that of the
-  /// whole body. Their pushes at the stamp are in g. Without the terms they stay where they are, and these pushes on the modes.
-  bool own_on_terms = false;
+  /// Number of those that are of the same tool, which come first. The surface of the terms moves these: R_o is zero, and
+  /// c_static, alike in all directions along the surface, that of the whole body. Their pushes at the stamp are in g. Without the
+  /// terms they stay where they are, and these pushes on the modes.
+  int own = 0;
   std::array<OtherContact, kMaxOtherContacts> of;
   std::span<OtherContact> tools() { return std::span(of).first(static_cast<std::size_t>(count)); }
   std::span<const OtherContact> tools() const { return std::span(of).first(static_cast<std::size_t>(count)); }
+  std::span<const OtherContact> of_this_tool() const { return tools().first(static_cast<std::size_t>(own)); }
   /// Those with an R_o.
-  std::span<const OtherContact> with_rows() const { return tools().subspan(own_on_terms ? static_cast<std::size_t>(own) : 0); }
+  std::span<const OtherContact> of_other_tools() const { return tools().subspan(static_cast<std::size_t>(own)); }
 };
 
 /// Number of other contacts in a patch, whether its tool has a body, and jaws, the number of layers of a needle's path, and that
@@ -126,7 +127,7 @@ struct PatchContacts {
   int needle_layers = 0;
   bool jaws = false;
   int bites = 0;
-  int on_terms = 0;   ///< number of these that the surface of the terms moves
+  int own = 0;        ///< number of these that are of the same tool
   bool laws = false;  ///< true: some have their own coupling and friction
   PatchContacts(int count = 0, bool with_body = false, int layers = 0, bool with_jaws = false)  // NOLINT: a number of contacts
       : others(count), body(with_body), needle_layers(layers), jaws(with_jaws) {}
@@ -183,7 +184,8 @@ struct Patch {
   Micros stamp{};         ///< t*
   Scheme scheme = Scheme::hold;
   ContactKind contact = ContactKind::attach;
-  bool constant = false;  ///< true: show `force`, no model
+  bool constant = false;   ///< true: show `force`, no model
+  bool has_terms = false;  ///< true: terms (nonlinear_terms.hpp) follow
 
   // reduced dynamics
   ModeVector stiffness;  ///< K, r non-negative entries, ascending [1/s^2]

@@ -52,6 +52,7 @@ bool uses_attach(const Patch& p) { return !p.constant && p.contact == ContactKin
 bool uses_surface(const Patch& p) { return !p.constant && p.contact == ContactKind::touch; }
 
 bool sizes_agree(const Patch& p) {
+  if (p.constant && p.has_terms) return false;
   const auto r = p.stiffness.size();
   if (p.damping.rows() != r || p.damping.cols() != r || p.g.size() != r || p.q_rate.size() != r) return false;
   if (p.load_rate.size() != 0 && p.load_rate.size() != r) return false;
@@ -62,7 +63,6 @@ bool sizes_agree(const Patch& p) {
   if (uses_attach(p) && (p.b_k.rows() != r || p.b_d.rows() != r)) return false;
   if (p.others.count < 0 || p.others.count > (uses_surface(p) ? kMaxOtherContacts : 0)) return false;
   if (p.others.own < 0 || p.others.own > (p.turn ? p.others.count : 0)) return false;
-  if (p.others.own_on_terms && p.others.own == 0) return false;
   for (const OtherContact& other : p.others.tools())
     if (other.rows.cols() != r) return false;
   if (p.needle.layers.count < 0 || p.needle.layers.count > (uses_surface(p) && p.turn ? kMaxNeedleLayers : 0)) return false;

@@ -23,6 +23,7 @@ TermsLayout with_surface(TermsLayout l, const PatchTerms& p) {
 
 TermsLayout layout(const PatchTerms& p) {
   const int n = p.variables, r = n - (p.grasp ? 3 : 0), e2 = p.repaired ? pairs_of(n) : 0, m = p.elements;
+  if (m == 0) return with_surface({r, 0, 0, 0, 0, 0}, p);
   const int places = (p.solid ? 6 : 3) * p.nodes, lengths = p.solid ? 0 : m, nodes = (p.solid ? 2 : 1) * m;
   const int max_slope = p.stiffening > 0 ? words_of_bytes(m) : 0;
   const int packed = words_of_bytes(3 * r * p.nodes) + words_of_bytes(p.nodes) + places + lengths + nodes + max_slope;

@@ -64,10 +64,10 @@ TermsFault check(const LawParameters& law) {
 }  // namespace
 
 TermsFault check(const PatchTerms& p) {
-  if (p.variables > kMaxVariables || p.elements == 0 || p.elements > (p.solid ? kMaxFiniteElements : kMaxSprings))
-    return TermsFault::sizes;
+  if (p.variables > kMaxVariables || p.elements > (p.solid ? kMaxFiniteElements : kMaxSprings)) return TermsFault::sizes;
+  if (p.elements == 0 && (p.grasp || p.solid || p.repaired || p.stiffening != 0)) return TermsFault::sizes;  // a surface alone
   if (p.law != LawParameters() && !p.solid) return TermsFault::sizes;
-  if (p.nodes == 0 || p.nodes > kMaxSampledNodes || p.tool_axes > 3) return TermsFault::sizes;
+  if ((p.nodes == 0) != (p.elements == 0) || p.nodes > kMaxSampledNodes || p.tool_axes > 3) return TermsFault::sizes;
   if (p.vertices > (p.grasp ? 0 : kMaxPortVertices) || p.triangles > (p.grasp ? 0 : kMaxPortTriangles)) return TermsFault::sizes;
   const TermsLayout l = layout(p);
   if (l.modes < 1 || l.modes > kMaxModes || p.pieces != l.pieces() || p.piece >= p.pieces) return TermsFault::sizes;
@@ -99,7 +99,6 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
   whole.grasp = terms.grasp;
   whole.repaired = terms.e2.size() > 0;
   const SampledElements& elements = terms.elements;
-  if (elements.count() == 0) return {};
   whole.solid = elements.is_solid();
   whole.elements = static_cast<std::uint8_t>(elements.count());
   whole.law = elements.law;
@@ -116,7 +115,7 @@ std::vector<PatchTerms> to_pieces(const NonlinearTerms& terms, std::uint32_t pat
       (elements.stiffening > 0 && elements.max_slope.size() != whole.elements) || !is_finite(terms.vertices))
     return {};
   std::vector<std::uint16_t> numbers;
-  append_elements(terms, whole, numbers);
+  if (whole.elements > 0) append_elements(terms, whole, numbers);
   append_surface(terms, numbers);
   assert(static_cast<int>(numbers.size()) == l.total());
   whole.pieces = static_cast<std::uint8_t>(l.pieces());
@@ -163,7 +162,7 @@ std::optional<NonlinearTerms> TermsAssembly::terms_for(const Patch& patch) const
   terms.variables = head_.variables;
   terms.grasp = head_.grasp;
   int at = 0;
-  if (!take_elements(numbers_, at, head_, terms)) return std::nullopt;
+  if (head_.elements > 0 && !take_elements(numbers_, at, head_, terms)) return std::nullopt;
   terms.rate = stamp_rate(patch);
   if (!take_surface(numbers_, at, head_, terms) || !has_room(patch.surface, terms)) return std::nullopt;
   if (terms.triangles.empty() && terms.vertices.empty()) return terms;

@@ -62,7 +62,7 @@ PatchPlayer::PatchPlayer(const Patch& patch, const NonlinearTerms& terms)
     contact_ = SurfaceContact(patch.point, patch.touching && !patch.needle.tip.inside && patch.suture.empty(), patch.c_static);
     if (nonlinear_.empty() && r > 0 && !surface_.empty()) contact_.compensate_slides(patch_, surface_);
     others_ = OtherContacts(patch, surface_, psi0_, dt_);
-    if (patch.others.own_on_terms && r > 0) others_.take_from(drift_);
+    if (r > 0) others_.take_from(drift_);
     needle_ = NeedleContacts(patch, psi0_);
     suture_ = SutureContact(patch, psi0_);
     push_.response.setZero(2 * r, 3);

@@ -60,9 +60,7 @@ int max_port_vertices(int modes, int triangles = kMaxPortTriangles, bool loaded 
                       PatchContacts contacts = {});
 
 /// Returns the largest number of modes of a patch that fit into kMaxDatagramBytes, with `branches` of a stress that relaxes: for
-/// attach without branches kMaxModes; for touch as many as leave room for kMinUsefulVertices vertices, enough for the tool to
-/// move between frames, or for a triangle where terms add more.
-inline constexpr int kMinUsefulVertices = 6;
-int max_port_modes(ContactKind contact, Scheme scheme, int branches = 0);
+/// attach without branches kMaxModes; for touch as many as leave room for a triangle, as terms add more.
+int max_port_modes(ContactKind contact, int branches = 0);
 
 }  // namespace palpate

@@ -145,7 +145,7 @@ WireFault read_others(const wire::Patch& table, Patch& patch) {
   const auto* const laws = table.other_laws();
   if (laws && static_cast<int>(laws->size()) != count - own) return WireFault::malformed;
   patch.others.count = count;
-  patch.others.own_on_terms = own > 0;
+  patch.others.own = own;
   for (int o = 0; o < own; ++o) {
     OtherContact& contact = patch.others.of[static_cast<std::size_t>(o)];
     contact.rows.setZero(3, r);
@@ -183,14 +183,12 @@ WireFault read_tool_body(const wire::Patch& table, Patch& patch) {
   const auto own = table.own_contacts() ? static_cast<int>(table.own_contacts()->size()) : 0;
   if (!table.body()) return spheres == 0 && own == 0 ? WireFault::none : WireFault::malformed;
   const wire::ToolBody& body = *table.body();
-  if (own > 0 && body.own() != own) return WireFault::malformed;
-  if (body.own() > patch.others.count || spheres != (has_contacts ? 1 + body.own() : 0)) return WireFault::malformed;
+  if (body.own() != own || spheres != (has_contacts ? 1 + own : 0)) return WireFault::malformed;
   MessageValidator sense;
   sense.turn(body.turn());
   patch.turn = pack::from(body.turn());
   patch.torque = pack::from(body.torque());
   patch.opening = pack::opening_from(table.opening());
-  patch.others.own = body.own();
   for (int j = 0; j < spheres; ++j) {
     const auto at = static_cast<flatbuffers::uoffset_t>(j);
     (j == 0 ? patch.sphere : patch.others.of[static_cast<std::size_t>(j - 1)].sphere) =
@@ -323,6 +321,7 @@ WireFault read_patch(const wire::Patch& table, Patch& patch) {
   patch.contact = (head.flags() & kTouchFlag) ? ContactKind::touch : ContactKind::attach;
   patch.constant = (head.flags() & kConstantFlag) != 0;
   patch.touching = (head.flags() & kTouchingFlag) != 0;
+  patch.has_terms = (head.flags() & kTermsFlag) != 0;
   if (const WireFault fault = read_body(table, patch); fault != WireFault::none) return fault;
   return check(patch) == PatchFault::none ? WireFault::none : WireFault::patch_refused;
 }

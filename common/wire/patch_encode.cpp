@@ -43,7 +43,6 @@ bool has_modes_in_order(const Patch& patch) {
     if (surface.vertices[static_cast<std::size_t>(i)].rows.cols() != r) return false;
   if (patch.others.count < 0 || patch.others.count > kMaxOtherContacts) return false;
   if (patch.others.own < 0 || patch.others.own > (patch.turn ? patch.others.count : 0)) return false;
-  if (patch.others.own_on_terms && patch.others.own == 0) return false;
   if (patch.needle.layers.count < 0 || patch.needle.layers.count > (patch.turn ? kMaxNeedleLayers : 0)) return false;
   for (const PatchNeedle::Point& point : patch.needle.points)
     if (!patch.needle.empty() && point.rows.cols() != r) return false;
@@ -128,7 +127,7 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
   for (int m = 0; m < r; ++m) {
     double largest = 0;
     for (const auto& vertex : vertices) largest = std::max(largest, vertex.rows.col(m).cwiseAbs().maxCoeff());
-    for (const OtherContact& other : patch.others.with_rows())
+    for (const OtherContact& other : patch.others.of_other_tools())
       largest = std::max(largest, other.rows.col(m).cwiseAbs().maxCoeff());
     for (const PatchNeedle::Point& point : patch.needle.points)
       if (!patch.needle.empty()) largest = std::max(largest, point.rows.col(m).cwiseAbs().maxCoeff());
@@ -147,7 +146,7 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
       for (int k = 0; k < 3; ++k) shorts.add(pack::to_short(vertex.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   for (int t = 0; t < patch.surface.triangle_count; ++t)
     shorts.add(pack_triangle(packer, patch.surface.triangles[static_cast<std::size_t>(t)]));
-  for (const OtherContact& other : patch.others.with_rows())
+  for (const OtherContact& other : patch.others.of_other_tools())
     for (int m = 0; m < r; ++m)
       for (int k = 0; k < 3; ++k) other_rows.add(pack::to_short(other.rows(k, m), row_step[static_cast<std::size_t>(m)]));
   for (const PatchNeedle::Point& point : patch.needle.points)
@@ -160,9 +159,9 @@ float add_surface(Shorts& shorts, OtherRows& other_rows, NeedleRows& needle_rows
 }
 
 using OtherContacts = Bounded<wire::OtherContact, kMaxOtherContacts>;
-OtherContacts contacts_with_rows(pack::Packer& packer, const PatchOthers& others) {
+OtherContacts contacts_of_other_tools(pack::Packer& packer, const PatchOthers& others) {
   OtherContacts sent;
-  for (const OtherContact& other : others.with_rows()) {
+  for (const OtherContact& other : others.of_other_tools()) {
     const auto normal = pack_normal(other.normal);
     sent.add({packer.vec(other.gap), packer.sym(other.c_static), pack::to_steps(other.velocity, pack::kVelocityStep),
               pack::to_steps(other.acceleration, pack::kAccelerationStep), normal[0], normal[1],
@@ -175,7 +174,7 @@ using ContactLaws = Bounded<wire::ContactLaw, kMaxOtherContacts>;
 /// None if all have that of the patch's tool.
 ContactLaws laws_of(pack::Packer& packer, const Patch& patch) {
   ContactLaws sent;
-  const auto others = patch.others.with_rows();
+  const auto others = patch.others.of_other_tools();
   if (std::ranges::none_of(others, [](const OtherContact& other) { return other.law.has_value(); })) return sent;
   for (const OtherContact& other : others) {
     const ContactParameters law = other.law.value_or(ContactParameters{patch.contact_stiffness_n_m, patch.friction});
@@ -190,10 +189,9 @@ std::uint16_t to_compliance(double c_m_n) {
 }
 
 using OwnContacts = Bounded<wire::OwnContact, kMaxOtherContacts>;
-OwnContacts contacts_on_terms(pack::Packer& packer, const PatchOthers& others) {
+OwnContacts own_contacts(pack::Packer& packer, const PatchOthers& others) {
   OwnContacts sent;
-  if (!others.own_on_terms) return sent;
-  for (const OtherContact& own : others.tools().first(static_cast<std::size_t>(others.own))) {
+  for (const OtherContact& own : others.of_this_tool()) {
     const auto normal = pack_normal(own.normal);
     const int exponent = step_exponent(packer.number(own.gap.cwiseAbs().maxCoeff()));
     const double along = packer.number(own.normal.dot(own.c_static * own.normal)), trace = packer.number(own.c_static.trace());
@@ -259,8 +257,8 @@ std::uint16_t to_weight(double weight) {
 
 wire::PatchHead head_of(const Patch& patch, pack::Packer& packer) {
   const bool touch = patch.contact == ContactKind::touch;
-  const int flags =
-      (touch ? kTouchFlag : 0) | (patch.constant ? kConstantFlag : 0) | (touch && patch.touching ? kTouchingFlag : 0);
+  const int flags = (touch ? kTouchFlag : 0) | (patch.constant ? kConstantFlag : 0) |
+                    (touch && patch.touching ? kTouchingFlag : 0) | (patch.has_terms ? kTermsFlag : 0);
   const bool surface = touch && !patch.constant;
   if (surface) packer.require(patch.point.triangle < kMaxPortTriangles);
   return {packer.time(patch.stamp),
@@ -355,11 +353,11 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto fading_at = fading.size() > 0 ? builder.CreateVector(fading.data(), fading.size()) : 0;
   const auto pulls_at = pulls.size() > 0 ? builder.CreateVector(pulls.data(), pulls.size()) : 0;
   const auto shorts_at = shorts.size() > 0 ? builder.CreateVector(shorts.data(), shorts.size()) : 0;
-  const OtherContacts tools = others ? contacts_with_rows(packer, patch.others) : OtherContacts{};
+  const OtherContacts tools = others ? contacts_of_other_tools(packer, patch.others) : OtherContacts{};
   const auto others_at = tools.size() > 0 ? builder.CreateVectorOfStructs(tools.data(), tools.size()) : 0;
   const ContactLaws laws = others ? laws_of(packer, patch) : ContactLaws{};
   const auto laws_at = laws.size() > 0 ? builder.CreateVectorOfStructs(laws.data(), laws.size()) : 0;
-  const OwnContacts own = others ? contacts_on_terms(packer, patch.others) : OwnContacts{};
+  const OwnContacts own = others ? own_contacts(packer, patch.others) : OwnContacts{};
   const auto own_at = own.size() > 0 ? builder.CreateVectorOfStructs(own.data(), own.size()) : 0;
   const auto other_rows_at = other_rows.size() > 0 ? builder.CreateVector(other_rows.data(), other_rows.size()) : 0;
   const auto needle_at = surface && !patch.needle.empty() ? write_needle(builder, packer, patch.needle, needle_rows) : 0;
@@ -398,14 +396,14 @@ namespace {
 int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
-  constexpr int kJawsBytes = 16, kJawBytes = 4, kOwnOverheadBytes = 16, kOwnContactBytes = 16;
+  constexpr int kJawsBytes = 16, kJawBytes = 4, kOwnOverheadBytes = 24, kOwnContactBytes = 16;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
   constexpr int kSutureBytes = 92, kBiteBytes = 16, kLawsOverheadBytes = 28, kLawBytes = 8;
-  const int others = contacts.others, with_rows = others - contacts.on_terms;
+  const int others = contacts.others, of_other_tools = others - contacts.own;
   return (loaded ? kLoadOverheadBytes + 4 * modes : 0) +
-         (with_rows > 0 ? kOthersOverheadBytes + with_rows * (kOtherContactBytes + 6 * modes) : 0) +
-         (contacts.laws ? kLawsOverheadBytes + with_rows * kLawBytes : 0) +
-         (contacts.on_terms > 0 ? kOwnOverheadBytes + contacts.on_terms * kOwnContactBytes : 0) +
+         (of_other_tools > 0 ? kOthersOverheadBytes + of_other_tools * (kOtherContactBytes + 6 * modes) : 0) +
+         (contacts.laws ? kLawsOverheadBytes + of_other_tools * kLawBytes : 0) +
+         (contacts.own > 0 ? kOwnOverheadBytes + contacts.own * kOwnContactBytes : 0) +
          (contacts.body ? kBodyBytes + kSphereBytes * (others + 1) : 0) +
          (contacts.jaws ? kJawsBytes + kJawBytes * (others + 1) : 0) +
          (contacts.needle_layers > 0 ? kNeedleBytes + kLayerBytes * contacts.needle_layers + 6 * kNeedlePoints * modes : 0) +
@@ -428,7 +426,7 @@ int max_port_vertices(int modes, int triangles, bool loaded, int branches, Patch
   return vertices;
 }
 
-int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
+int max_port_modes(ContactKind contact, int branches) {
   constexpr int kAttachBytes = 212;  // size of a grasp without the contents of its vectors, with alignment
   int modes = kMaxModes;
   if (contact == ContactKind::attach) {
@@ -438,8 +436,7 @@ int max_port_modes(ContactKind contact, Scheme scheme, int branches) {
     while (bytes_of(modes) > static_cast<int>(kMaxDatagramBytes)) --modes;
     return modes;
   }
-  const int least = scheme == Scheme::hyper ? 3 : kMinUsefulVertices;
-  while (modes > 0 && max_port_vertices(modes, kMaxPortTriangles, branches > 0, branches) < least) --modes;
+  while (modes > 0 && max_port_vertices(modes, kMaxPortTriangles, branches > 0, branches) < 3) --modes;
   return modes;
 }
 

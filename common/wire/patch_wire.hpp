@@ -24,7 +24,7 @@ inline constexpr std::uint16_t kNoNormal = 65535;
 std::array<std::uint16_t, 2> pack_normal(const Vec3& normal);
 Vec3 unpack_normal(std::uint16_t u, std::uint16_t v);
 
-enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag = 4, kAllFlags = 7 };
+enum PatchFlag : std::uint8_t { kTouchFlag = 1, kConstantFlag = 2, kTouchingFlag = 4, kTermsFlag = 8, kAllFlags = 15 };
 enum ThreadFlag : std::uint8_t { kFirstTiedFlag = 1, kLastTiedFlag = 2, kBarbedFlag = 4, kAllThreadFlags = 7 };
 enum TermsFlag : std::uint8_t {
   kGraspFlag = 1,

@@ -66,9 +66,12 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
   frame.patch->seq = ++station.patch_seq;
   frame.patch->force = as_carried(frame.patch->force);
   const auto pieces = frame.terms.variables > 0 ? to_pieces(frame.terms, frame.patch->seq) : std::vector<PatchTerms>{};
-  station.outbox.terms.assign(pieces.begin(), pieces.end());
+  const int copies = frame.terms.elements.count() > 0 ? 1 : station.link.patch_copies;
+  station.outbox.terms.clear();
+  for (int k = 0; k < copies; ++k) station.outbox.terms.insert(station.outbox.terms.end(), pieces.begin(), pieces.end());
+  frame.patch->has_terms = !pieces.empty();
   station.outbox.patch = std::move(frame.patch);
-  station.outbox.patch_copies = pieces.empty() ? station.link.patch_copies : 1;
+  station.outbox.patch_copies = copies;
   station.outbox.beat.reset();
   if (deadband_ <= 0 || !station.pushes()) return;
   station.patches_sent.push_back({station.patch_seq, stamp});

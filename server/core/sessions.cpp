@@ -24,12 +24,6 @@ std::string in_a_list(const std::vector<std::string>& names) {
   return list;
 }
 
-/// Most states over all schemes that the station may get.
-int most_states_for(SchemeAsked scheme, ContactKind contact) {
-  const auto most = [contact](Scheme s) { return 2 * max_port_modes(contact, s); };
-  return scheme ? most(*scheme) : std::min(most(Scheme::port), most(Scheme::hyper));
-}
-
 }  // namespace
 
 Sessions::Sessions(const RoomInfo& facts, const ServerOptions& options)
@@ -214,7 +208,7 @@ std::optional<Refuse> Sessions::objection(const Hello& hello, const Asker& asker
     if (hello.guides == hello.station) return Refuse{bad_request, "a station cannot guide itself"};
   }
   if (hello.role == Role::viewer) return std::nullopt;
-  const int most_states = most_states_for(hello.scheme, welcome_.contact);
+  const int most_states = 2 * max_port_modes(welcome_.contact);
   if (hello.order > most_states || hello.order % 2 != 0)
     return Refuse{bad_request, "order " + std::to_string(hello.order) + "; expected an even number up to " +
                                    std::to_string(most_states) + ", what fits into a datagram in this scene"};

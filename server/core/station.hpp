@@ -34,7 +34,7 @@ struct StationCounts : SampleCounts, PatchCounts {};
 struct Outbox {
   std::optional<Patch> patch;    ///< stamp already in the station's clock
   std::deque<PatchTerms> terms;  ///< pieces that belong to the newest patch and follow it
-  int patch_copies = 1;          ///< datagrams that carry the patch
+  int patch_copies = 1;          ///< datagrams that carry the patch; as often are its pieces in `terms`
   std::optional<Beat> beat;
   int beat_copies = 1;  ///< datagrams that carry the beat: as many as for the patch that it replaces
   std::deque<std::uint32_t> mesh_pieces;

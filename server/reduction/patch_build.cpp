@@ -78,8 +78,7 @@ int modes_beside(const LinearPort& model) {
   if (model.grasp() ||
       (others.contacts.empty() && others.shaft.empty() && others.load_rate.size() == 0 && !model.tool_port().suture))
     return modes;
-  // A triangle if terms carry more, else enough for the tool to move about between frames.
-  const int least = model.hyper() || model.tool_port().on_path() ? 3 : 6;
+  constexpr int least = 3;  // a triangle: terms carry more
   const PatchContacts contacts = contacts_of(model);
   const int branches = static_cast<int>(model.frame.dynamics().relaxation().branches().size());
   while (modes > 1 && request.vertices_max(modes, model.others.load_rate.size() > 0, branches, contacts) < least) --modes;
@@ -138,9 +137,8 @@ struct Basis {
 
 std::optional<Basis> linear_basis(const LinearPort& model, const KrylovStart& start, const KrylovSolve& solve, int modes) {
   const bool chosen = model.request.scheme == Scheme::port && !model.grasp();
-  const auto directions =
-      krylov_basis(model.at, start, solve,
-                   {chosen ? std::max(modes, kCandidates) + static_cast<int>(wrenches(model).size()) : modes, model.p.shift()});
+  const auto directions = krylov_basis(model.at, start, solve,
+                                       {chosen ? kMaxModes + static_cast<int>(wrenches(model).size()) : modes, model.p.shift()});
   model.frame.enter(BuildPhase::project);
   if (!directions) return std::nullopt;
   Basis basis{*directions, model.at.projected(*directions)};
@@ -244,6 +242,7 @@ bool build_on(FrameModel& frame, BodyFrame& body, std::size_t which, const Patch
     reduced = std::move(*found);
   }
   (kind == ContactKind::attach ? add_grasp : add_touch)(model, reduced, made);
+  made.patch.has_terms = made.terms.variables > 0;
   made.solver_iterations += p->iterations() - before;
   return true;
 }
@@ -278,8 +277,6 @@ std::optional<BuiltPatch> build_patch(FrameModel& frame, std::size_t which, cons
   }
   PatchRequest linear = request;
   linear.scheme = Scheme::port;
-  // More would leave next to no surface, and there are no terms that carry the rest.
-  if (frame.ports()[which].kind == ContactKind::touch) linear.order = std::min(request.order, kTouchOrder);
   auto built = build_as_requested(frame, which, linear);
   if (built) built->fell_back = true;
   return built;
@@ -287,8 +284,7 @@ std::optional<BuiltPatch> build_patch(FrameModel& frame, std::size_t which, cons
 
 int modes_for(Scheme scheme, ContactKind contact, int order) {
   if (scheme == Scheme::hold || scheme == Scheme::tangent) return 0;
-  const bool attach = contact == ContactKind::attach;
-  const int usual = scheme == Scheme::hyper ? kHyperOrder : attach ? kAttachOrder : kTouchOrder;
+  const int usual = contact == ContactKind::attach && scheme != Scheme::hyper ? kAttachOrder : kMostOrder;
   const int states = order > 0 ? order : usual;
   return std::clamp(states / 2, 1, kMaxModes);
 }

@@ -28,14 +28,9 @@
 
 namespace palpate {
 
-/// Default number of states, two per mode. Measured: 44 for a grasp gain less than 0.2 dB (docs/notebook.md, 15); for a touch
-/// limited by a datagram with 12 vertices.
-inline constexpr int kAttachOrder = 22, kTouchOrder = 16;
-/// The same for `hyper`: all that a datagram holds. Measured: 19 modes want more elements (docs/notebook.md, 71).
-inline constexpr int kHyperOrder = 2 * kMaxModes;
-/// Number of Krylov directions from which the modes of a touch are chosen, with one more for each wrench of a tool with several
-/// contacts. Measured: 24 and 32 are the same within 0.1 dB.
-inline constexpr int kCandidates = 16;
+/// Default number of states, two per mode: for a grasp without terms, and else all that a datagram holds. Measured: 44 for a
+/// grasp gain less than 0.2 dB (docs/notebook.md, 15); 19 modes of `hyper` want more elements (71).
+inline constexpr int kAttachOrder = 22, kMostOrder = 2 * kMaxModes;
 
 struct PatchRequest {
   Scheme scheme = Scheme::port;

@@ -56,7 +56,7 @@ inline PatchContacts contacts_of(const LinearPort& model) {
   contacts.laws = std::ranges::any_of(model.others.contacts, [&](const OtherTools::Contact& other) {
     return model.frame.ports()[other.tool].parameters != model.tool_port().parameters;
   });
-  if (model.hyper()) contacts.on_terms = static_cast<int>(model.others.own);
+  contacts.own = static_cast<int>(model.others.own);
   if (const auto& suture = model.tool_port().suture) contacts.bites = model.frame.state().sutures->threads[*suture].law.bites;
   return contacts;
 }

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "common/base/part_above.hpp"
+#include "common/patch/terms_pieces.hpp"
 #include "server/reduction/patch_parts.hpp"
 #include "server/reduction/port_surface.hpp"
 #include "server/reduction/psd_projection.hpp"
@@ -59,7 +60,7 @@ void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
       tool.acceleration = path.acceleration;
     }
     tool.normal = frame.normal(contact.tool);
-    if (own && model.hyper()) {
+    if (own) {
       tool.rows.setZero(3, v.cols());
       tool.c_static = alike_across(tool.normal, symmetric(contact.port->compliance));
     } else {
@@ -68,10 +69,9 @@ void add_contacts(const LinearPort& model, const Matrix& v, Patch& patch) {
     }
     const Vec3 push = port.touching ? port.lambda : Vec3::Zero();
     tool.gap = frame.gap(contact.tool) + tool.c_static * push;
-    if (own && model.hyper()) patch.g += rows_of(*contact.port, v).transpose() * push;
+    if (own) patch.g += rows_of(*contact.port, v).transpose() * push;
   }
   patch.others.own = static_cast<int>(model.others.own);
-  patch.others.own_on_terms = model.hyper() && model.others.own > 0;
 }
 
 void add_needle_path(const LinearPort& model, const Matrix& v, PatchNeedle& needle) {
@@ -130,10 +130,13 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
   const PatchContacts contacts = contacts_of(model);
   // The surface of the terms has room for the triangle under each of its contacts.
   const int vertices = std::min(request.vertices_max(patch.modes(), patch.load_rate.size() > 0, patch.fading.count, contacts),
-                                kMaxPortVertices - 3 * contacts.on_terms);
+                                kMaxPortVertices - 3 * contacts.own);
   if (model.hyper()) {
     const Matrix stiffness = reduced.stiffness.asDiagonal();
     add_terms(model, prescribed_motion(model), stiffness, vertices, reduced, made);
+  } else if (v.cols() > 0 && !port.suture) {
+    made.terms.variables = patch.modes();
+    made.terms.rate = stamp_rate(patch);
   }
   if (request.scheme == Scheme::tangent)
     patch.c_static = symmetric(model.port().compliance);
@@ -155,6 +158,7 @@ void add_touch(const LinearPort& model, Reduced& reduced, BuiltPatch& made) {
     for (int i = 0; i < patch.surface.vertex_count; ++i)
       patch.surface.vertices[static_cast<std::size_t>(i)].position -= patch.c_static * port.lambda;
   if (with_terms) split_surface(first, patch.surface, made.terms);
+  if (made.terms.elements.count() == 0 && made.terms.triangles.empty()) made.terms = {};
 }
 
 }  // namespace palpate

@@ -13,12 +13,11 @@ namespace {
 
 /// Returns how far a tool gets by a hand's acceleration in any direction, and the body towards it. `touches`: true if a sphere of
 /// the tool does.
-double sudden_way_m(double time_s, bool touches, Scheme scheme) {
+double sudden_way_m(double time_s, bool touches) {
   constexpr double kMarginM = 0.005;  // more: patches that nobody needs
   constexpr double kMarginTouchingM = 0.001;
   if (!touches) return 0.5 * kHandAccelerationMostMs2 * time_s * time_s + kMarginM;
-  // The body holds the tool up, and each contact takes the place of modes, few with terms.
-  return kMarginTouchingM + (scheme == Scheme::hyper ? accelerated_distance(time_s) : 0);
+  return kMarginTouchingM + accelerated_distance(time_s);
 }
 
 }  // namespace
@@ -121,7 +120,7 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
                     return max_port_vertices(modes, kMaxPortTriangles, loaded, branches, contacts);
                   },
                   body_->hand_motion(*task.port).acceleration,
-                  max_port_modes(tool.contact, job.scheme, static_cast<int>(scene.body.relaxation.size()))};
+                  max_port_modes(tool.contact, static_cast<int>(scene.body.relaxation.size()))};
   const std::optional<CachedPatch>& cached = task.station->cached;
   task.reuses = body_->asleep() && cached && !tool.has_body() && cached->serves(task.request, frame_model_->tool(*task.port));
   task.builds = !task.reuses;
@@ -139,7 +138,7 @@ FramePatches::Task FramePatches::task_of(const StationJob& job) {
 /// surface. Those of a body that are in reach, and the path of a needle, are requested: the patch has their contacts, too.
 void FramePatches::choose_port(Task& task, Micros horizon) {
   const bool touches = std::ranges::any_of(task.parts, [&](std::size_t k) { return body_->ports()[k].touching; });
-  const double sudden_m = sudden_way_m(seconds(horizon), touches, task.job->scheme);
+  const double sudden_m = sudden_way_m(seconds(horizon), touches);
   std::pair<double, double> best{-1, 0};  // force, minus height
   for (const std::size_t k : task.parts) {
     const ToolPort& port = body_->ports()[k];

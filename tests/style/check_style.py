@@ -91,7 +91,6 @@ OLD_WORDS = [(re.compile(pattern), term, re.compile(allowed) if allowed else Non
     (r"\bk(Harmless|Unknown|Seldom|HardlyM?|Dear|Cheap|Little|Clearly)\b", "the quantity that it bounds", None),
 ]]
 OLD_WORDS_PLACES = ("docs/notebook.md", "docs/glossary.md", "CHANGELOG.md", "tests/style/")  # history, the translation, this list
-FILE_NAMES = re.compile(r"\"patches_bent\"")  # a key of summary.json
 
 HEADLESS = re.compile(r"(?:Of|That|What|Whether|Where|Who|Whose|How|Which) ")
 QUESTION = re.compile(r"[^.?]*\?")
@@ -200,11 +199,10 @@ def check_words(path, text):
     for pattern, term, _ in words:
         if match := pattern.search(path):
             yield 1, f"words: the file's name has {match.group(0)}; the usual term: {term}"
-    words = [word for word in words if word[0].search(FILE_NAMES.sub("", text))]
+    words = [word for word in words if word[0].search(text)]
     for number, line in enumerate(text.split("\n"), 1):
         if match := UNFINISHED.search(line):
             yield number, "words: " + match.group(0)
-        line = FILE_NAMES.sub("", line)
         for pattern, term, _ in words:
             if match := pattern.search(line):
                 yield number, f"words: {match.group(0)}; the usual term: {term}"

@@ -122,7 +122,7 @@ TEST_CASE("The pieces of a patch's terms bend it in any order, before or after t
     for (int ms = 0; ms <= 200; ++ms) side.intake.add_sample(sample_at(ms));
     const bool whole = order.size() == 4;
     const auto forces = felt(side, patch, pieces, order);
-    CHECK(side.intake.counts().nonlinear == (whole ? 1 : 0));
+    CHECK(side.intake.counts().with_terms == (whole ? 1 : 0));
     PatchPlayer expected = whole ? nonlinear : linear;
     for (int ms = 201; ms <= 260; ++ms)
       CHECK(forces[static_cast<std::size_t>(ms - 201)] == expected.advance(sample_at(ms)).force);
@@ -139,7 +139,7 @@ TEST_CASE("Terms that do not fit their patch, or of another whole, do not bend i
   REQUIRE(side.intake.accept(patch, kNow));
   for (const PatchTerms& piece : to_pieces(test::many_spring_terms(test::attach_patch(9, 5, patch.stamp)), 5))
     side.intake.accept(piece);
-  CHECK(side.intake.counts().nonlinear == 0);
+  CHECK(side.intake.counts().with_terms == 0);
   auto pieces = to_pieces(test::many_spring_terms(patch), 6);
   CHECK(side.intake.accept(pieces[0]));
   CHECK_FALSE(side.intake.accept(pieces[0]));
@@ -157,6 +157,7 @@ struct NonlinearPatch {
   NonlinearPatch(std::uint32_t seq, int stamp_ms, float size)
       : patch(test::attach_patch(11, seq, kIntakeEpoch + stamp_ms * kTick)) {
     patch.scheme = Scheme::hyper;
+    patch.has_terms = true;
     NonlinearTerms terms = test::spring_terms(patch);
     terms.elements.stiffness *= size;
     terms.elements.damping *= size;
@@ -177,7 +178,7 @@ TEST_CASE("While its terms are on their way a patch waits when the one before, n
   // The same patch at the same stamp, so that the only difference is that of the terms.
   for (std::uint32_t seq = 1; seq <= 3; ++seq) give(side, NonlinearPatch(seq, 100, 1));
   CHECK(side.intake.counts().held_back == 2);
-  CHECK(side.intake.counts().nonlinear == 3);
+  CHECK(side.intake.counts().with_terms == 3);
   REQUIRE(side.slot->take() != nullptr);
   const NonlinearPatch next(4, 100, 1);
   CHECK(side.intake.accept(next.patch, kNow));

@@ -153,7 +153,7 @@ TEST_CASE("Under a pressing hand a patch tells the server's next frame better th
       still_squares += (vertex(pair.patch, i).position - v.found).squaredNorm();
     }
   });
-  REQUIRE(compared > 40);
+  REQUIRE(compared > 12);  // a few a patch: the surface of the next ends where its terms begin
   INFO("rms " << 1e3 * std::sqrt(squares / compared) << " mm, standing still " << 1e3 * std::sqrt(still_squares / compared));
   CHECK(std::sqrt(still_squares / compared) > 5e-4);
   CHECK(squares < 0.0025 * still_squares);

@@ -176,16 +176,13 @@ TEST_CASE("a patch of 11 modes for a grasp and one of 8 modes with 12 vertices f
   CHECK(max_port_vertices(8, 16) >= 12);
 }
 
-TEST_CASE("the most modes that a station may ask for fit: all for a grasp and for a touch that has terms, with a triangle") {
-  for (const Scheme scheme : {Scheme::port, Scheme::hyper}) CHECK(max_port_modes(ContactKind::attach, scheme) == kMaxModes);
+TEST_CASE("the most modes that a station may ask for fit: all for a grasp, and for a touch with a triangle") {
+  CHECK(max_port_modes(ContactKind::attach) == kMaxModes);
   Patch loaded = seeds::attach_patch(kMaxModes);
   loaded.load_rate = ModeVector::Ones(kMaxModes);
   CHECK(seeds::bytes_of(seeds::message(PatchMessage{loaded})).size() > 0);
-  CHECK(max_port_modes(ContactKind::touch, Scheme::hyper) == kMaxModes);
+  CHECK(max_port_modes(ContactKind::touch) == kMaxModes);
   CHECK(max_port_vertices(kMaxModes, kMaxPortTriangles) >= 3);
-  const int touch = max_port_modes(ContactKind::touch, Scheme::port);
-  CHECK(max_port_vertices(touch) >= kMinUsefulVertices);
-  CHECK(max_port_vertices(touch + 1) < kMinUsefulVertices);
 }
 
 TEST_CASE("the bound on the vertices of a local surface really encodes") {

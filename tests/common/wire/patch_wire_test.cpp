@@ -202,7 +202,9 @@ TEST_CASE("the contacts of a tool's spheres arrive with its pose and torque, and
   CHECK_FALSE(round_trip(seeds::shared_patch(5, 6, 8, 4)).turn);
   for (int others = 0; others <= kMaxOtherContacts; ++others)
     for (int modes = 0; modes <= kMaxModes; ++modes) {
-      const int vertices = max_port_vertices(modes, kMaxPortTriangles, false, 0, {others, true});
+      PatchContacts contacts{others, true};
+      contacts.own = others;
+      const int vertices = max_port_vertices(modes, kMaxPortTriangles, false, 0, contacts);
       CAPTURE(others, modes, vertices);
       if (vertices < 3) continue;
       const Patch full =
@@ -218,7 +220,10 @@ TEST_CASE("jaws arrive with their opening, and fit beside as many vertices as is
   for (std::size_t j = 0; j < 3; ++j) CHECK(got.others.of[j].sphere == sent.others.of[j].sphere);
   for (int own = 0; own <= kMaxOtherContacts; ++own)
     for (int r = 1; r <= kMaxModes; ++r) {
-      const int vertices = max_port_vertices(r, kMaxPortTriangles, false, 0, {own, true, 0, true});
+      PatchContacts contacts{own, true, 0, true};
+      contacts.own = own;
+      const int vertices = max_port_vertices(r, kMaxPortTriangles, false, 0, contacts);
+      CAPTURE(own, r, vertices);
       if (vertices < 3) continue;
       const int triangles = std::min(kMaxPortTriangles, most_triangles(vertices));
       CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{seeds::jaws_patch(r, vertices, triangles, own, own)})).empty());
@@ -232,11 +237,9 @@ TEST_CASE("jaws arrive with their opening, and fit beside as many vertices as is
 }
 
 TEST_CASE("a tool's contacts that the surface of the terms moves arrive in few bytes, before those of other tools") {
-  const Patch plain = seeds::jaws_patch(5, 6, 8, 5, 3), sent = seeds::on_terms(plain), got = round_trip(sent);
+  const Patch sent = seeds::jaws_patch(5, 6, 8, 5, 3), got = round_trip(sent);
   REQUIRE(got.others.count == 5);
   CHECK(got.others.own == 3);
-  CHECK(got.others.own_on_terms);
-  CHECK_FALSE(round_trip(plain).others.own_on_terms);
   for (std::size_t j = 0; j < 3; ++j) {
     const OtherContact &a = got.others.of[j], &b = sent.others.of[j];
     CHECK(a.touching == b.touching);
@@ -248,20 +251,15 @@ TEST_CASE("a tool's contacts that the surface of the terms moves arrive in few b
   }
   CHECK(got.others.of[4].rows.isApprox(sent.others.of[4].rows, 1e-3));
   CHECK(seeds::bytes_of(seeds::message(PatchMessage{got})) == seeds::bytes_of(seeds::message(PatchMessage{sent})));
-  for (int own = 1; own <= kMaxOtherContacts; ++own)
-    for (int r = 1; r <= kMaxModes; ++r) {
-      PatchContacts contacts{own, true, 0, true};
-      contacts.on_terms = own;
-      const int vertices = max_port_vertices(r, kMaxPortTriangles, false, 0, contacts);
-      CAPTURE(own, r, vertices);
-      if (vertices < 3) continue;
-      const int triangles = std::min(kMaxPortTriangles, most_triangles(vertices));
-      const Patch full = seeds::on_terms(seeds::jaws_patch(r, vertices, triangles, own, own));
-      CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{full})).empty());
-    }
-  Patch wrong = sent;
-  wrong.others.own = 0;
-  CHECK(check(wrong) == PatchFault::sizes);
+}
+
+TEST_CASE("a patch says whether terms follow, and a constant one with terms is refused") {
+  Patch sent = seeds::touch_patch(3, 6, 5);
+  CHECK_FALSE(round_trip(sent).has_terms);
+  sent.has_terms = true;
+  CHECK(round_trip(sent).has_terms);
+  sent.constant = true;
+  CHECK(check(sent) == PatchFault::sizes);
 }
 
 TEST_CASE("a tool's body that none can be is refused") {
@@ -439,7 +437,7 @@ TEST_CASE("stress that fades arrives with the patch, and one that does not costs
     }
   }
   for (int branches = 0; branches <= static_cast<int>(kMaxPronyBranches); ++branches) {
-    Patch sent = seeds::attach_patch(max_port_modes(ContactKind::attach, Scheme::hyper, branches));
+    Patch sent = seeds::attach_patch(max_port_modes(ContactKind::attach, branches));
     CHECK((branches > 0 || sent.modes() == kMaxModes));
     CHECK(sent.modes() >= 12);
     sent.load_rate = ModeVector::Ones(sent.modes());
@@ -449,8 +447,7 @@ TEST_CASE("stress that fades arrives with the patch, and one that does not costs
       branch = {{0.1, 1}, BoundedMatrix<kMaxModes + 3, 1>::Ones(sent.modes() + 3)};
     CHECK_FALSE(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
   }
-  const int branches = static_cast<int>(kMaxPronyBranches),
-            most_modes = max_port_modes(ContactKind::touch, Scheme::hyper, branches);
+  const int branches = static_cast<int>(kMaxPronyBranches), most_modes = max_port_modes(ContactKind::touch, branches);
   CHECK(most_modes >= 13);
   for (int modes = 1; modes <= most_modes; ++modes) {
     const int vertices = max_port_vertices(modes, kMaxPortTriangles, true, branches);

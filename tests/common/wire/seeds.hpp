@@ -179,6 +179,13 @@ inline NonlinearTerms solid_terms(int r, bool grasp, int count, int nodes) {
   return terms;
 }
 
+/// Terms without elements, for the surface of a linear patch.
+inline NonlinearTerms surface_terms(int r) {
+  NonlinearTerms terms;
+  terms.variables = r;
+  return terms;
+}
+
 /// Leaves the first vertices and triangles in the patch and moves the others to the terms.
 inline void move_surface(int vertices, int triangles, Patch& patch, NonlinearTerms& terms) {
   PortSurface& s = patch.surface;
@@ -215,19 +222,12 @@ inline Patch body_patch(int r, int vertices, int triangles, int others, int own)
   patch.torque = Vec3(0.01, -0.2, 0.03);
   patch.sphere = {kToolStepM * Vec3(100, -2000, 3), 500 * kToolStepM};
   patch.others.own = own;
-  for (int j = 0; j < own; ++j)
-    patch.others.of[static_cast<std::size_t>(j)].sphere = {kToolStepM * Vec3(-30000, j, 77), (j + 1) * kToolStepM};
-  return patch;
-}
-
-/// The same as one of a patch with terms, whose surface moves the contacts of the tool.
-inline Patch on_terms(Patch patch) {
-  patch.others.own_on_terms = true;
-  for (int j = 0; j < patch.others.own; ++j) {
-    OtherContact& own = patch.others.of[static_cast<std::size_t>(j)];
-    own.rows.setZero();
-    own.velocity = own.acceleration = Vec3::Zero();
-    own.c_static = 2e-4 * Mat3::Identity() + 3e-4 * own.normal * own.normal.transpose();
+  for (int j = 0; j < own; ++j) {
+    OtherContact& contact = patch.others.of[static_cast<std::size_t>(j)];
+    contact.sphere = {kToolStepM * Vec3(-30000, j, 77), (j + 1) * kToolStepM};
+    contact.rows.setZero();
+    contact.velocity = contact.acceleration = Vec3::Zero();
+    contact.c_static = 2e-4 * Mat3::Identity() + 3e-4 * contact.normal * contact.normal.transpose();
   }
   return patch;
 }
@@ -293,7 +293,6 @@ inline std::vector<Message> every_kind() {
   all.push_back(message(PatchMessage{suture_patch(5, 6, 8, 6)}));
   all.push_back(message(PatchMessage{body_patch(4, 6, 8, 3, 2)}));
   all.push_back(message(PatchMessage{jaws_patch(4, 6, 8, 3, 2)}));
-  all.push_back(message(PatchMessage{on_terms(jaws_patch(4, 6, 8, 3, 2))}));
   all.push_back(message(PatchMessage{needle_patch(4, 6, 8, 3)}));
   Welcome tools{"w", ContactKind::touch, 20, Vec3::Zero(), 0, 0, 0, 0};
   tools.turns = true;
@@ -314,6 +313,12 @@ inline std::vector<Message> every_kind() {
   Patch rest = touch_patch(6, 12, 16);
   move_surface(7, 5, rest, touched);
   for (const PatchTerms& piece : to_pieces(touched, 43)) all.push_back(message(piece));
+  NonlinearTerms linear = surface_terms(9);
+  Patch moved = touch_patch(9, 20, 24);
+  move_surface(4, 2, moved, linear);
+  moved.has_terms = true;
+  all.push_back(message(PatchMessage{moved}));
+  for (const PatchTerms& piece : to_pieces(linear, 45)) all.push_back(message(piece));
   for (const PatchTerms& piece : to_pieces(solid_terms(6, true, 9, 8), 44)) all.push_back(message(piece));
   all.push_back(message(Beat{Micros{-17}, true}));
   all.push_back(message(Beat{Micros{17}, false, 18.5, Micros{31'000}, {1008, 50, 4, Micros{212'345}}, 12}));

@@ -175,10 +175,12 @@ TEST_CASE("A patch of any number of modes and terms that fill their budget take 
 }
 
 TEST_CASE("the surface that terms bring joins the patch's own, or the terms do not count") {
+  const bool alone = GENERATE(false, true);  // without elements, as those of a linear patch
+  CAPTURE(alone);
   constexpr int kTriangles = 20;
   const Patch whole = seeds::touch_patch(12, kMaxPortVertices, kTriangles);
   Patch patch = whole;
-  NonlinearTerms sent = seeds::spring_terms(12, false, 60, 30);
+  NonlinearTerms sent = alone ? seeds::surface_terms(12) : seeds::spring_terms(12, false, 60, 30);
   seeds::move_surface(5, 3, patch, sent);
   const auto got = arrived(sent, patch);
   REQUIRE(got);
@@ -249,7 +251,7 @@ TEST_CASE("pieces that are not sane are not sent, and are dropped and counted wh
     CHECK(check(bad) == TermsFault::sizes);
   }
   bad = good;
-  bad.elements = 0;
+  bad.elements = 0;  // between nodes
   CHECK(check(bad) == TermsFault::sizes);
   for (const float number : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     for (const auto place : {&NodeMotion::scale, &NodeMotion::step}) {

@@ -54,7 +54,7 @@ struct FrameBench {
     return built->patch;
   }
   /// Builds with all candidate directions as modes.
-  Patch build_with_all_directions(std::size_t which) { return build(which, Scheme::port, {}, 2 * kCandidates); }
+  Patch build_with_all_directions(std::size_t which) { return build(which, Scheme::port, {}, 2 * kMaxModes); }
   Matrix input(std::size_t k) const {
     Matrix b = Matrix::Zero(state.x.size(), 3);
     for (const auto& [node, weight] : skin.weights(ports[k].point))

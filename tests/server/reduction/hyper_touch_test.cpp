@@ -79,7 +79,9 @@ struct Touch {
     CHECK(made.surface.vertex_count <= request.vertices_max(made.modes(), false, 0, 0));
     const Patch joined = extended(made, built->terms);
     CHECK(check(joined) == PatchFault::none);
-    if (whole_surface) CHECK((joined.surface.vertex_count == kMaxPortVertices) == (scheme == Scheme::hyper));
+    CHECK(made.has_terms);
+    CHECK((built->terms.elements.count() == 0) == (scheme == Scheme::port));
+    if (whole_surface) CHECK(joined.surface.vertex_count == kMaxPortVertices);
     return *built;
   }
   /// Energy of the force's error over that of the force in the 150 ms after the patch: linear, and with its terms.
@@ -122,9 +124,8 @@ TEST_CASE("Pressed on deep into springs that stiffen, the patch with some of the
 TEST_CASE("Slid on along the surface, a touched patch knows how the body yields where the tool gets to, with terms or without") {
   Touch touch(0.3, along);
   const auto [linear, nonlinear] = touch.errors();
-  CHECK(linear < 1e-3);
+  CHECK(linear < 1e-4);
   CHECK(nonlinear < 1e-4);
-  CHECK(nonlinear < 0.5 * linear);
 }
 
 TEST_CASE("Among the directions of a touch is the way that the body begins to yield along the normal") {
@@ -145,7 +146,7 @@ TEST_CASE("A touched body of which one node moves has no modes but its own, and 
   const std::uint32_t node = touch.skin.view().triangles[touch.ports[0].point.triangle][0];
   touch.body.fixed.assign(touch.body.fixed.size(), 1);
   touch.body.fixed[node] = 0;
-  for (const int order : {2, kHyperOrder}) {
+  for (const int order : {2, kMostOrder}) {
     touch.order = order;
     const BuiltPatch built = touch.patch(Scheme::hyper, false);
     CHECK(built.patch.modes() <= std::min(order / 2, 3));
