@@ -66,7 +66,7 @@ std::vector<ToolLoad> wrenches(const LinearPort& model) {
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     add([&](const At& contact) { return Vec3(Vec3::Unit(axis).cross(contact.place - middle)); },
         [](double lever) { return kTurnedRad * lever; });
-  if (model.hyper() && model.frame.has_jaws(model.which)) {
+  if (model.frame.has_jaws(model.which)) {
     const auto closes = [&](const At& contact) {
       const bool on_jaw = model.frame.ports()[contact.tool].sphere.on_jaw();
       return on_jaw ? Vec3(-model.frame.normal(contact.tool)) : Vec3(Vec3::Zero());
