@@ -69,7 +69,6 @@ void PatchSender::send_patch(const Stations& stations, Station& station, Station
   const int copies = frame.terms.elements.count() > 0 ? 1 : station.link.patch_copies;
   station.outbox.terms.clear();
   for (int k = 0; k < copies; ++k) station.outbox.terms.insert(station.outbox.terms.end(), pieces.begin(), pieces.end());
-  frame.patch->has_terms = !pieces.empty();
   station.outbox.patch = std::move(frame.patch);
   station.outbox.patch_copies = copies;
   station.outbox.beat.reset();

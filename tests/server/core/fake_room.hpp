@@ -1,9 +1,10 @@
-// A room without a body: it answers jobs with patches of constant force, and records the jobs.
+// A room without a body: it answers jobs with patches of constant force, or linear ones with given terms, and records the jobs.
 #pragma once
 
 #include <vector>
 
 #include "server/core/server_core.hpp"
+#include "tests/common/wire/seeds.hpp"
 
 namespace palpate {
 
@@ -48,10 +49,11 @@ struct FakeRoom {
     result.patches_took = patches_took;
     for (const auto& station : job.stations) {
       StationFrame frame{station.id, std::nullopt, {}, Vec3(1, 2, 3) * 1e-3, force, Vec3::Zero(), in_reach};
-      if (in_reach && !fail && station.wants_patch) frame.patch = patch(job.target);
+      if (in_reach && !fail && station.wants_patch)
+        frame.patch = terms.variables > 0 ? patch_with_terms(job.target) : patch(job.target);
       if (frame.patch) frame.patch->scheme = built;
       if (frame.patch) frame.patch->valid_for = valid_for;
-      frame.terms = terms;
+      if (frame.patch) frame.terms = terms;
       frame.released = keeps_off;
       const bool young = station.playing && job.target + station.horizon - *station.playing <= kPatchAgeMost;
       if (renews && young) frame.renewed_from = station.playing;
@@ -69,6 +71,14 @@ struct FakeRoom {
     p.force = Vec3(0, 0, 1);
     p.valid_for = Micros{1'000'000};
     p.trust_radius_m = 1;
+    return p;
+  }
+
+ private:
+  Patch patch_with_terms(Micros stamp) const {
+    Patch p = terms.grasp ? seeds::attach_patch(terms.variables - 3) : seeds::touch_patch(terms.variables, 12, 16);
+    p.stamp = stamp;
+    p.has_terms = true;
     return p;
   }
 };
