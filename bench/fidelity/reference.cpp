@@ -214,11 +214,12 @@ Vec3 ReferenceModel::torque(std::size_t tool) const {
 double ReferenceModel::grip(std::size_t tool) const {
   const State& s = *state_;
   double grip = 0;
-  if (!has_jaws(s.spec_of(tool).shape) || s.fade[tool]) return grip;
+  if (!s.spec_of(tool).opens() || s.fade[tool]) return grip;
   const TurningTool at = s.tracks[tool].turning(Micros{1000 * (s.ticks - 1)});
   const std::vector<double> surface = s.skin.place(s.body.x);
   s.for_contacts(tool, [&](const ToolPort& port) {
-    const Vec3 place = port.lowest(at.centre_of(port.sphere).position, normal_at(s.skin.view(), surface, port.point));
+    const Vec3 normal = normal_at(s.skin.view(), surface, port.point);
+    const Vec3 place = contact_place(port, at.centre_of(port.sphere).position, normal);
     grip -= grip_of(port.sphere, at.turn, place - at.at.position, port.lambda);
   });
   return grip;
@@ -256,7 +257,7 @@ std::vector<ReferenceForce> reference_forces(const Scene& scene, std::span<const
       const ToolSpec& spec = scene.tool_of(held_tools.empty() ? 0 : held_tools[k]);
       if (spec.has_body()) result[k].torque.push_back(model.torque(k));
       if (spec.needle) result[k].tip.push_back(model.tip(k));
-      if (has_jaws(spec.shape)) result[k].grip.push_back(model.grip(k));
+      if (spec.opens()) result[k].grip.push_back(model.grip(k));
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(paths[0].size()));
   }

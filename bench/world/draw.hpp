@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-enum class Part : std::uint64_t { body, server, stations, hand, link, clock, faults, sleep };
+enum class Part : std::uint64_t { body, server, stations, hand, link, clock, faults, sleep, scheme };
 
 /// Generator of one part; `index` distinguishes stations.
 inline Random part_of(std::uint64_t seed, Part part, std::uint64_t index = 0) {

@@ -53,10 +53,12 @@ int draw_order(const Scenario& s, Random& random) {
 }
 
 /// A simulated hand may well be unstable with the schemes that Palpate replaced, so only a recorded motion feels them.
-Scheme draw_scheme(Random& random, bool any) {
+Scheme draw_scheme(const Scenario& s, std::uint64_t index, Random& random, bool any) {
   const bool another = random.chance(0.4);
-  const Scheme scheme = pick(random, {Scheme::hold, Scheme::tangent, Scheme::ring, Scheme::port});
-  return any && another ? scheme : Scheme::port;
+  const Scheme replaced = pick(random, {Scheme::hold, Scheme::tangent, Scheme::ring, Scheme::port});
+  if (any && another) return replaced;
+  Random of_ours = part_of(s.drawn_with.seed, Part::scheme, index);
+  return pick(of_ours, {Scheme::port, Scheme::hyper});
 }
 
 void draw_hand(const Scenario& s, std::size_t index, StationPlan& plan) {
@@ -75,9 +77,10 @@ StationPlan draw_station(const Scenario& s, std::size_t index) {
   draw_hand(s, index, plan);
   draw_links(s, index, plan);
   draw_clock(s, index, plan);
-  Random random = part_of(s.drawn_with.seed, Part::stations, 1 + index);
+  const std::uint64_t part = 1 + index;
+  Random random = part_of(s.drawn_with.seed, Part::stations, part);
   plan.client.hello.station = fmt::format("hand{}", index);
-  plan.client.hello.scheme = draw_scheme(random, !plan.simulated);
+  plan.client.hello.scheme = draw_scheme(s, part, random, !plan.simulated);
   plan.client.hello.order = static_cast<std::uint16_t>(draw_order(s, random));
   const SimPhantomOptions device;
   plan.client.guard = {device.force_max_n, SimPhantom::kSlewMaxNS, PassivityMode::on};
@@ -85,11 +88,12 @@ StationPlan draw_station(const Scenario& s, std::size_t index) {
 }
 
 void make_shadow(const Scenario& s, StationPlan& plan, int owner, const StationPlan& of) {
-  Random random = part_of(s.drawn_with.seed, Part::stations, 1000 + static_cast<std::uint64_t>(owner));
+  const std::uint64_t part = 1000 + static_cast<std::uint64_t>(owner);
+  Random random = part_of(s.drawn_with.seed, Part::stations, part);
   plan.owner = owner;
   plan.drift_ppm = of.drift_ppm;
   plan.client.hello.shadow_of = of.client.hello.station;
-  plan.client.hello.scheme = draw_scheme(random, true);
+  plan.client.hello.scheme = draw_scheme(s, part, random, true);
   plan.client.hello.station = of.client.hello.station + "-shadow";  // a name that its key may use
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/guard/guard.hpp"
+#include "client/intake/intake.hpp"
 #include "server/room/tool_track.hpp"
 
 namespace palpate {
@@ -122,9 +123,14 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
   if (const auto* beat = std::get_if<Beat>(&message->body)) s.in_reach = beat->contact_in_reach;
   const StationBounds& bounds = bounds_[event.station];
   Newest& coming = s.coming;
-  const auto whole_now = [&] {
-    if (coming.is_whole() && coming.stamp >= s.plays_from &&
-        coming.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
+  const auto is_due = [&] {
+    if (coming.is_whole()) return true;
+    return static_cast<std::int32_t>(coming.seq - coming.whole_seq) > PatchIntake::kBehindMost;
+  };
+  const auto note = [&] {
+    if (!is_due()) return;
+    if (coming.is_whole()) coming.whole_seq = coming.seq;
+    if (coming.stamp >= s.plays_from && coming.stamp <= world_.station(event.station).clock(now) + bounds.future_max)
       s.arrived.push_back({now, coming.stamp});
   };
   if (const auto* piece = std::get_if<PatchTerms>(&message->body)) {
@@ -132,7 +138,7 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
     if (piece->patch_seq != coming.terms_seq) coming.pieces.clear();
     coming.terms_seq = piece->patch_seq;
     coming.of = piece->pieces;
-    if (coming.pieces.insert(piece->piece).second && coming.terms_seq == coming.seq) whole_now();
+    if (coming.pieces.insert(piece->piece).second && coming.terms_seq == coming.seq) note();
   }
   const auto* patch = std::get_if<PatchMessage>(&message->body);
   if (!patch) return;
@@ -141,7 +147,7 @@ void FreshnessCheck::datagram(Micros now, const DatagramEvent& event, const Mess
     coming.seq = patch->patch.seq;
     coming.stamp = patch->patch.stamp;
     coming.has_terms = patch->patch.has_terms;
-    whole_now();
+    note();
   }
   const Micros age = sent_own_[event.number] - patch->patch.stamp;
   if (bounds.calm(now) && age > bounds.sent_age_max)

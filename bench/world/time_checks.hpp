@@ -79,10 +79,10 @@ class FreshnessCheck final : public Check {
   struct Arrived {
     Micros at{}, stamp{};
   };
-  /// The newest patch that came, and the pieces that came of the newest terms: a patch waits for its own, while that before it is
-  /// more accurate.
+  /// The newest patch that came, and the pieces that came of the newest terms: a patch waits for its own while that before it is
+  /// more accurate, but not longer than PatchIntake::kBehindMost patches.
   struct Newest {
-    std::uint32_t seq = 0, terms_seq = 0;
+    std::uint32_t seq = 0, terms_seq = 0, whole_seq = 0;
     Micros stamp{};
     bool has_terms = false;
     std::set<std::uint8_t> pieces;
@@ -91,7 +91,7 @@ class FreshnessCheck final : public Check {
   };
   struct Station {
     Newest coming;
-    std::deque<Arrived> arrived;   ///< whole ones
+    std::deque<Arrived> arrived;   ///< that must be in use from then on
     std::optional<Micros> newest;  ///< stamp that must be in use
     bool in_reach = true;
     Micros ticked{};                                            ///< own clock

@@ -35,6 +35,7 @@ struct IntakeCounts {
 
 class PatchIntake {
  public:
+  static constexpr int kBehindMost = 4;
   static constexpr Micros kFutureMax{20'000};  ///< limit beyond which a stamp ahead of our own clock is invalid
   /// A shadow's stamps arrive by way of its hand's link, whose two directions may differ by much more than the shadow's own
   /// delay.
@@ -67,8 +68,6 @@ class PatchIntake {
   const TermsAssembly& terms() const { return terms_; }
 
  private:
-  static constexpr int kBehindMost = 4;
-
   bool leads_too_far(const Patch& patch, Micros now) const;
   void catch_up(PatchPlayer& player) const;
   void hand_over(const NonlinearTerms& terms);

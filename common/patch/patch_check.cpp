@@ -101,6 +101,8 @@ void check_sphere(const ToolSphere& sphere, Numbers& numbers) {
   numbers.within(sphere.radius_m, 0, kMaxToolReachM + kToolStepM);
   numbers.within(sphere.hinge_m, -kMaxToolReachM - kToolStepM, kMaxToolReachM + kToolStepM);
   numbers.within(sphere.swing_rad, -kMaxSwingRad, kMaxSwingRad);
+  const double slide_most_m = sphere.on_jaw() ? 0 : kMaxToolReachM + kToolStepM;
+  numbers.within(sphere.slide_m, -slide_most_m, slide_most_m);
 }
 
 void check_other_contacts(const PatchOthers& others, Numbers& numbers) {

@@ -20,7 +20,8 @@ NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
   place_tip();
   // At the stamp the modes are at zero, and the contacts are closed.
   const ModeVector none = ModeVector::Zero(r);
-  const ToolPose tool(patch.tool, patch.turn.value_or(Rotation::Identity()));
+  const ToolPose held(patch.tool, patch.turn.value_or(Rotation::Identity()), patch.opening);
+  const ToolPose tool(held.centre_of(patch.sphere), held.turn);
   const Vec3 axis = tool.turn * Vec3::UnitZ();
   for (int j = 0; j < kNeedlePoints; ++j) {
     const auto at = static_cast<std::size_t>(j);
@@ -91,18 +92,18 @@ ModeVector NeedleContacts::moved() const noexcept {
   return q;
 }
 
-void NeedleContacts::close(StateVector& z, const ToolPose& tool) noexcept {
-  const Vec3 axis = tool.turn * Vec3::UnitZ();
+void NeedleContacts::close(StateVector& z, const ToolPose& tip) noexcept {
+  const Vec3 axis = tip.turn * Vec3::UnitZ();
   ModeVector q = z.head(tip_rows_.cols()) + moved();
   for (int j = 0; j < kNeedlePoints; ++j) {
     const PortPush& push = shaft_[static_cast<std::size_t>(j)].push;
     q -= push.moved();
-    close_shaft(j, q, tool, axis);
+    close_shaft(j, q, tip, axis);
     q += push.moved();
     push.add_to(z);
   }
   q -= tip_.moved();
-  close_tip(q, tool);
+  close_tip(q, tip);
   tip_.add_to(z);
   if (inside()) return;
   for (ShaftContact& contact : shaft_) contact.push.lambda.setZero();

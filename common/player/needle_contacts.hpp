@@ -33,19 +33,19 @@ class NeedleContacts {
   void enter(const StateVector& z, const Vec3& entry) noexcept;
   /// Adds the pushes of the step before to the coming step.
   void carry_on(StateVector& next) const noexcept;
-  /// Closes the contacts at the end of a step, with the tool there. `z`: the state there without their pushes in this step, which
+  /// Closes the contacts at the end of a step, with the tip there. `z`: the state there without their pushes in this step, which
   /// are added to it.
-  void close(StateVector& z, const ToolPose& tool) noexcept;
+  void close(StateVector& z, const ToolPose& tip) noexcept;
   /// Returns the contribution to q of the pushes of the last step.
   ModeVector moved() const noexcept;
-  /// Adds force [N] and torque about the tool point [N m] on the tool.
+  /// Adds force [N] and torque about the tip [N m] on the tool.
   void add(Vec3& force, Vec3& torque) const noexcept;
 
  private:
   struct ShaftContact {
     PortPush push;
     bool bonded = false;      // whether the shaft has reached the point
-    Vec3 arm = Vec3::Zero();  // from the tool point, where it pushes
+    Vec3 arm = Vec3::Zero();  // from the tip, where it pushes
   };
   void place_tip() noexcept;
   Vec3 at_depth(double depth_m, const ModeVector& q, Vec3& tau) const noexcept;

@@ -213,9 +213,12 @@ void PatchPlayer::step_touch(const ToolPose& tool) noexcept {
     output_ = {suture_.force(), true};
   } else if (needle_.inside()) {
     push_.lambda.setZero();
-    needle_.close(z_, tool);
+    const Vec3 arm = tool.arm_of(patch_.sphere);
+    needle_.close(z_, {tool.position + arm, tool.turn});
     output_.contact = needle_.inside();
     needle_.add(output_.force, output_.torque);
+    output_.torque += arm.cross(output_.force);
+    output_.grip = grip_of(patch_.sphere, tool.turn, arm, output_.force);
   } else {
     close_touch(tool);
   }

@@ -68,9 +68,11 @@ class Packer {
   }
   wire::Jaw jaw(const ToolSphere& s) {
     require(std::abs(s.hinge_m) <= kMaxToolReachM + kToolStepM && std::abs(s.swing_rad) <= kMaxSwingRad);
+    require(std::abs(s.slide_m) <= kMaxToolReachM + kToolStepM && !(s.on_jaw() && s.slide_m != 0));
     if (!ok_) return {};
     return {static_cast<std::int16_t>(std::lround(s.hinge_m / kToolStepM)),
-            static_cast<std::int16_t>(std::lround(s.swing_rad / kSwingStepRad))};
+            static_cast<std::int16_t>(std::lround(s.swing_rad / kSwingStepRad)),
+            static_cast<std::int16_t>(std::lround(s.slide_m / kToolStepM))};
   }
   std::uint16_t opening(double share) {
     require(share >= 0 && share <= 1);
@@ -118,6 +120,7 @@ inline ToolSphere from(const wire::Sphere& s) { return {kToolStepM * Vec3(s.x(),
 inline void set(ToolSphere& sphere, const wire::Jaw& jaw) {
   sphere.hinge_m = kToolStepM * jaw.hinge();
   sphere.swing_rad = kSwingStepRad * jaw.swing();
+  sphere.slide_m = kToolStepM * jaw.slide();
 }
 inline double opening_from(std::uint16_t steps) { return steps / kOpeningMost; }
 inline std::uint64_t from(const wire::Wide& w) { return std::uint64_t{w.high()} << 32 | w.low(); }

@@ -364,20 +364,20 @@ flatbuffers::Offset<wire::Patch> write_patch(flatbuffers::FlatBufferBuilder& bui
   const auto suture_at = surface && !patch.suture.empty() ? write_suture(builder, packer, patch.suture, suture_rows) : 0;
   Spheres spheres;
   Jaws jaws;
-  bool on_jaw = false;
+  bool opens = false;
   each_sphere(patch, [&](const ToolSphere& sphere) {
     spheres.add(packer.sphere(sphere));
     jaws.add(packer.jaw(sphere));
-    on_jaw |= sphere.on_jaw();
+    opens |= sphere.opens();
   });
   const wire::ToolBody body = body_of(packer, patch);
   const auto spheres_at = spheres.size() > 0 ? builder.CreateVectorOfStructs(spheres.data(), spheres.size()) : 0;
-  const auto jaws_at = on_jaw ? builder.CreateVectorOfStructs(jaws.data(), jaws.size()) : 0;
+  const auto jaws_at = opens ? builder.CreateVectorOfStructs(jaws.data(), jaws.size()) : 0;
   return wire::CreatePatch(builder, &head, floats_at, shorts_at, surface ? &touch : nullptr,
                            !patch.constant && !is_touch ? &attach : nullptr, load_at,
                            load.size() > 0 || others ? packer.duration(patch.load_for) : 0, normals_at, fading_at, pulls_at,
                            others_at, other_rows_at, patch.turn ? &body : nullptr, spheres_at, needle_at,
-                           on_jaw ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at, own_at, laws_at);
+                           opens ? packer.opening(patch.opening) : std::uint16_t{0}, jaws_at, suture_at, own_at, laws_at);
 }
 
 void leave_room_for_rounding(Patch& patch) {
@@ -396,7 +396,7 @@ namespace {
 int extra_bytes(int modes, bool loaded, PatchContacts contacts, int branches, int variables) {
   constexpr int kLoadOverheadBytes = 16, kBranchesOverheadBytes = 28, kBranchBytes = 12;
   constexpr int kOthersOverheadBytes = 28, kOtherContactBytes = 56, kBodyBytes = 36, kSphereBytes = 8;
-  constexpr int kJawsBytes = 16, kJawBytes = 4, kOwnOverheadBytes = 24, kOwnContactBytes = 16;
+  constexpr int kJawsBytes = 16, kJawBytes = 6, kOwnOverheadBytes = 24, kOwnContactBytes = 16;
   constexpr int kNeedleBytes = 72 + 16 * kNeedlePoints, kLayerBytes = 16;
   constexpr int kSutureBytes = 92, kBiteBytes = 16, kLawsOverheadBytes = 28, kLawBytes = 8;
   const int others = contacts.others, of_other_tools = others - contacts.own;

@@ -29,7 +29,7 @@ class MessageValidator {
   void force(const Vec3& v) { vec(v, kMaxForceN); }
   void torque(const Vec3& v) { vec(v, kMaxTorqueNM); }
   void turn(const wire::Turn& t) { that(pack::vector_of(t).norm() <= pack::kTurnMostRad + pack::kTurnRoundingRad); }
-  /// Returns the sphere; `jaw`: null if none of its tool is on a jaw.
+  /// Returns the sphere; `jaw`: null if none of its tool moves with the opening.
   ToolSphere sphere(const wire::Sphere& s, const wire::Jaw* jaw) {
     ToolSphere sphere = pack::from(s);
     if (jaw) pack::set(sphere, *jaw);
@@ -37,6 +37,8 @@ class MessageValidator {
     number(sphere.radius_m, 0, kMaxToolReachM + kToolStepM);
     number(sphere.hinge_m, -kMaxToolReachM - kToolStepM, kMaxToolReachM + kToolStepM);
     number(sphere.swing_rad, -kMaxSwingRad, kMaxSwingRad);
+    number(sphere.slide_m, -kMaxToolReachM - kToolStepM, kMaxToolReachM + kToolStepM);
+    that(!(sphere.on_jaw() && sphere.slide_m != 0));
     return sphere;
   }
   void time(Micros t) { number(static_cast<double>(t.count()), -pack::kMaxMicros, pack::kMaxMicros); }

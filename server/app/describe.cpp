@@ -51,7 +51,11 @@ std::string touch_line(const Scene& scene, const SurfaceStiffness& finger) {
   std::string tool =
       scene.tool.radius_m > 0 ? fmt::format("finger of {:.0f} mm radius", 1e3 * scene.tool.radius_m) : "pointed tool";
   if (const auto& needle = scene.tool.needle)
-    tool = fmt::format("{} of {:.2g} mm that has not punctured", needle->is_blade ? "blade" : "needle", 1e3 * needle->width_m);
+    tool = fmt::format("{} of {:.2g} mm that has not punctured",
+                       needle->stroke_m > 0 ? "pair of scissors"
+                       : needle->is_blade   ? "blade"
+                                            : "needle",
+                       1e3 * needle->width_m);
   return fmt::format("stiffness  {:.2f} N/mm under a {} {}, of body ({:.2f}) and contact ({:.2f})",
                      n_mm * contact_n_mm / (n_mm + contact_n_mm), tool, at, n_mm, contact_n_mm);
 }

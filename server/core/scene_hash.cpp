@@ -50,7 +50,9 @@ class SceneHash {
       feed(sphere.swing_rad);
     }
     if (tool.needle)
-      for (const double number : {tool.needle->length_m, tool.needle->width_m, tool.needle->is_blade ? 1.0 : 0.0}) feed(number);
+      for (const double number :
+           {tool.needle->length_m, tool.needle->width_m, tool.needle->is_blade ? 1.0 : 0.0, tool.needle->stroke_m})
+        feed(number);
   }
   void feed(const SolverSpec& solver) {
     feed(solver.step_s);

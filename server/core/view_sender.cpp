@@ -139,7 +139,7 @@ RoomView ViewSender::room_view(const Stations& stations) const {
     if (station.views()) continue;
     bytes += station.hello.station.size() + 64;
     const HeldTool& tool = station.tool_held;
-    if (!tool.name.empty()) bytes += tool.name.size() + 36 + (has_jaws(tool.shape) ? 12 : 8) * tool.shape.size();
+    if (!tool.name.empty()) bytes += tool.name.size() + 36 + (has_jaws(tool.shape) ? 14 : 8) * tool.shape.size();
     if (bytes > kMostNamedBytes) break;
     LinkReport link;
     station.loss.fill(link);

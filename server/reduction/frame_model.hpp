@@ -95,10 +95,10 @@ class FrameModel {
   bool is_same_tool(std::size_t a, std::size_t b) const { return ports()[a].tool == ports()[b].tool && has_body(a); }
   /// Returns true if the tool of the port is not a point.
   bool has_body(std::size_t k) const { return ports()[k].body; }
-  /// Returns true if any sphere of the tool of the port is on a jaw.
+  /// Returns true if any part of the tool of the port moves with its opening.
   bool has_jaws(std::size_t k) const {
     return std::ranges::any_of(ports(),
-                               [&](const ToolPort& port) { return port.tool == ports()[k].tool && port.sphere.on_jaw(); });
+                               [&](const ToolPort& port) { return port.tool == ports()[k].tool && port.sphere.opens(); });
   }
   /// Returns the vector from the point of a port to the tool there, the lowest point of its sphere [m].
   Vec3 gap(std::size_t k);

@@ -50,7 +50,11 @@ inline ToolPort port_of(const Scene& scene, std::size_t held, std::uint32_t tool
 /// Returns the ports of a tool: one for each sphere of its body, those of a needle in `tissue`, or the point itself.
 inline std::vector<ToolPort> parts_of(const ToolSpec& spec, const NeedleTissue* tissue, const ToolPort& port) {
   const ToolShape& shape = spec.shape;
-  if (spec.needle) return needle_ports(port, *tissue);
+  if (spec.needle) {
+    ToolPort needle = port;
+    needle.sphere.slide_m = spec.needle->stroke_m;
+    return needle_ports(needle, *tissue);
+  }
   if (shape.empty()) return {port};
   std::vector<ToolPort> parts(shape.size(), port);
   for (std::size_t k = 0; k < shape.size(); ++k) {

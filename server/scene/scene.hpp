@@ -187,11 +187,13 @@ struct CutSettings {
 };
 
 /// A straight needle along the z axis of the tool's frame, its tip at the tool point. Or a blade, which is the same with an edge
-/// along x, its middle at the tool point, and parts the body where it cuts.
+/// along x, its middle at the tool point, and parts the body where it cuts. Or scissors: a blade at the point where two blades
+/// cross, which closing moves from stroke_m along z to the tool point.
 struct NeedleSpec {
   double length_m = 0;  ///< from tip to hub
   double width_m = 0;   ///< w of its cut: a needle's diameter, the length of a blade's edge
   bool is_blade = false;
+  double stroke_m = 0;  ///< of the crossing of scissors; 0: it is none
 };
 
 inline constexpr std::size_t kMaxTools = 8;  ///< of a scene
@@ -208,6 +210,8 @@ struct ToolSpec {
   std::string name = {};                  ///< by which hands ask for it; empty: it has none
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }
+  /// Returns true if it has jaws, or is scissors.
+  bool opens() const { return has_jaws(shape) || (needle && needle->stroke_m > 0); }
 };
 
 /// Integrator of the body (server/dynamics/integrator_selection.hpp).

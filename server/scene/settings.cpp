@@ -205,17 +205,19 @@ NeedleSpec read_needle(const SceneText& text, const schema::NeedleT& in, const S
           required(text, needle + ".diameter_m", in.diameter_m, 1e-4, 0.01, "m")};
 }
 
-NeedleSpec read_blade(const SceneText& text, const schema::BladeT& in, const schema::BodyT& body, const SceneSettings& out) {
-  const std::string blade = "tool.blade";
+/// Reads what a blade and scissors have, `tool.` + `blade`, a `what`.
+template <class Table>
+NeedleSpec read_edge(const SceneText& text, const std::string& blade, const std::string& what, const Table& in,
+                     const schema::BodyT& body, const SceneSettings& out) {
   const std::optional<SolidSettings>& solid = out.mesh ? out.mesh->solid : out.lattice.solid;
   if (!out.tool.shape.empty() || out.tool.needle)
-    text.refuse(blade, "tool.blade is given with a needle or a body of the tool", "one of them");
+    text.refuse(blade, blade + " is given with another edge, a needle or a body of the tool", "one of them");
   if (out.tool.contact == ContactKind::attach)
-    text.refuse(blade, "a grasp has a blade", "a blade only where tool.contact is \"touch\"");
-  if (out.tissue.empty()) text.refuse("body.tissue", "the tool is a blade, but there is no body.tissue", "its layers");
-  if (!solid) text.refuse(blade, "a blade cuts springs", "a solid for it: finite elements");
-  if (solid->capsule) text.refuse(blade, "a blade cuts a body with a capsule", "a body without one for it");
-  if (!body.cuts.empty()) text.refuse(blade, "tool.blade is given with body.cuts", "one of them");
+    text.refuse(blade, "a grasp has " + what, what + " only where tool.contact is \"touch\"");
+  if (out.tissue.empty()) text.refuse("body.tissue", "the tool is " + what + ", but there is no body.tissue", "its layers");
+  if (!solid) text.refuse(blade, "springs are to be cut by " + what, "a solid for it: finite elements");
+  if (solid->capsule) text.refuse(blade, "a body with a capsule is to be cut by " + what, "a body without one for it");
+  if (!body.cuts.empty()) text.refuse(blade, blade + " is given with body.cuts", "one of them");
   return {required(text, blade + ".length_m", in.length_m, kMinNeedleLengthM, kMaxNeedleLengthM, "m"),
           required(text, blade + ".width_m", in.width_m, 1e-3, 0.1, "m"), true};
 }
@@ -256,7 +258,13 @@ void read_tool(const SceneText& text, const schema::ToolT& in, const schema::Bod
   const std::string node = "tool.node";
   out.tool = read_any_tool(text, "tool", in, out.lattice.planar);
   if (in.needle) out.tool.needle = read_needle(text, *in.needle, out);
-  if (in.blade) out.tool.needle = read_blade(text, *in.blade, body, out);
+  if (in.blade) out.tool.needle = read_edge(text, "tool.blade", "a blade", *in.blade, body, out);
+  if (in.scissors) {
+    const std::string scissors = "tool.scissors";
+    out.tool.needle = read_edge(text, scissors, "scissors", *in.scissors, body, out);
+    const double stroke_m = required(text, scissors + ".stroke_m", in.scissors->stroke_m, 0.002, 0.2, "m");
+    out.tool.needle->stroke_m = std::round(stroke_m / kToolStepM) * kToolStepM;
+  }
   if (!text.has(node)) return;
   if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");
   if (out.lattice.spacing_m > 0) text.refuse(node, node + " is given with spacing_m", "it only with nodes and size_m");
@@ -279,7 +287,7 @@ void read_tools(const SceneText& text, SceneSettings& out) {
     text.refuse("tools", "tools is given beside a tool that grasps a node", "a tool.contact of \"touch\"");
   for (std::size_t i = 0; i < in.size(); ++i) {
     const std::string path = at("tools", i), name = path + ".name";
-    for (const char* field : {".node", ".needle", ".blade", ".holds"})
+    for (const char* field : {".node", ".needle", ".blade", ".scissors", ".holds"})
       if (text.has(path + field))
         text.refuse(path + field, path + field + " is given", "it only in tool: the others are points or have a body");
     ToolSpec tool = read_any_tool(text, path, *in[i], false);
@@ -367,7 +375,7 @@ std::vector<MemberSettings> read_members(const SceneText& text) {
       if (out[k].name == out[i].name)
         one.refuse("body.name", "body.name is \"" + out[i].name + "\", as that of a body before", "a name of its own");
   }
-  for (const char* field : {"tool.node", "tool.needle", "tool.blade", "tool.holds"})
+  for (const char* field : {"tool.node", "tool.needle", "tool.blade", "tool.scissors", "tool.holds"})
     if (text.has(field)) text.refuse(field, std::string(field) + " is given with bodies", "it in a scene with one body");
   return out;
 }

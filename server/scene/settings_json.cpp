@@ -324,9 +324,10 @@ void add_tool(Json& tool, const SceneSettings& settings, const ToolSpec& spec) {
   }
   if (spec.needle) {
     const NeedleSpec& of = *spec.needle;
-    Json& needle = tool.add(of.is_blade ? "blade" : "needle", Json::object());
+    Json& needle = tool.add(of.stroke_m > 0 ? "scissors" : of.is_blade ? "blade" : "needle", Json::object());
     needle.add("length_m", Json::number(of.length_m));
     needle.add(of.is_blade ? "width_m" : "diameter_m", Json::number(of.width_m));
+    if (of.stroke_m > 0) needle.add("stroke_m", Json::number(of.stroke_m));
   }
   if (!spec.holds.empty()) {
     Json& holds = tool.add("holds", Json::array());

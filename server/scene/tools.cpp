@@ -119,10 +119,30 @@ ToolShape read_tool_body(const SceneText& text, const std::string& path, const s
   return shape;
 }
 
+namespace {
+
+constexpr double kBladeRadiusM = 7e-4;
+
+/// Scissors: two blades that turn about a hinge behind their stroke, and a shaft.
+ToolShape drawn_scissors(double stroke_m) {
+  constexpr double kBehindM = 0.003, kSwingRad = 0.3;
+  constexpr int kOnBlade = 3;
+  const Jaws jaws{rounded(stroke_m + kBehindM), std::round(kSwingRad / kSwingStepRad) * kSwingStepRad};
+  ToolShape shape;
+  for (const int side : {1, -1})
+    for (int k = 0; k < kOnBlade; ++k)
+      shape.push_back(jaws.on(sphere(Vec3(0, 0, k * jaws.hinge_m / kOnBlade), kBladeRadiusM), side));
+  for (const double along_m : {jaws.hinge_m, jaws.hinge_m + stroke_m})
+    shape.push_back(sphere(Vec3(0, 0, std::min(along_m, kMaxToolReachM)), 2 * kBladeRadiusM));
+  return shape;
+}
+
+}  // namespace
+
 ToolShape drawn_shape(const ToolSpec& tool) {
   if (!tool.needle) return tool.shape;
   const NeedleSpec& needle = *tool.needle;
-  constexpr double kBladeRadiusM = 7e-4;
+  if (needle.stroke_m > 0) return drawn_scissors(needle.stroke_m);
   constexpr std::size_t kOnEdge = 4;
   ToolShape shape;
   const double radius_m = needle.is_blade ? kBladeRadiusM : std::max(0.5 * needle.width_m, kMinRadiusM);

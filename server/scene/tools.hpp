@@ -17,8 +17,8 @@ struct NamedTool {
 /// All named tools, sorted by name.
 const std::vector<NamedTool>& named_tools();
 
-/// Returns the body of a tool as it is drawn: spheres along the shaft of a needle or a blade, and along its edge, whose contacts
-/// are not theirs.
+/// Returns the body of a tool as it is drawn: spheres along the shaft of a needle or a blade, along its edge, or along the two
+/// blades of scissors, which are jaws then; the contacts are not theirs.
 ToolShape drawn_shape(const ToolSpec& tool);
 
 /// Returns the number of the scene's tool of that name (Scene::tool_named()). Throws InputError, with `where` and the names that

@@ -8,13 +8,15 @@ using namespace palpate;
 namespace {
 
 const ToolSphere kFixed{Vec3(0.01, 0.002, 0.003), 0.003}, kRight{Vec3(0.004, 0.001, 0.002), 0.003, 0.04, 0.5},
-    kLeft{Vec3(-0.004, 0.001, 0.002), 0.003, 0.04, -0.5};
+    kLeft{Vec3(-0.004, 0.001, 0.002), 0.003, 0.04, -0.5}, kCrossing{Vec3(0.001, 0, 0.002), 0, 0, 0, 0.03};
 
 Rotation tilted() { return Rotation(Eigen::AngleAxisd(0.7, Vec3(1, -2, 2) / 3)); }
 
 }  // namespace
 
-TEST_CASE("A sphere of a jaw turns about the hinge by its share of the swing, its tip to its own side, and others stay") {
+TEST_CASE(
+    "A sphere of a jaw turns about the hinge by its share of the swing, its tip to its own side, a crossing slides, and others "
+    "stay") {
   const double opening = 0.6;
   const Vec3 hinge(0, 0, 0.04);
   for (const ToolSphere& sphere : {kRight, kLeft}) {
@@ -24,15 +26,17 @@ TEST_CASE("A sphere of a jaw turns about the hinge by its share of the swing, it
     CHECK((sphere.centre_at(0) - sphere.centre).norm() < 1e-15);
   }
   CHECK(kFixed.centre_at(opening) == kFixed.centre);
+  CHECK((kCrossing.centre_at(opening) - Vec3(0.001, 0, 0.02)).norm() < 1e-15);
   CHECK(kRight.centre_at(opening).x() == Approx(-kLeft.centre_at(opening).x()));
   CHECK(has_jaws({kFixed, kLeft}));
+  CHECK(has_jaws({kCrossing}));
   CHECK_FALSE(has_jaws({kFixed}));
 }
 
 TEST_CASE("The velocity of a sphere by the opening, and the force of a contact on it, are those of finite differences") {
   const double opening = 0.3, step = 1e-6;
   const Vec3 force(1.2, -0.4, 0.7);
-  for (const ToolSphere& sphere : {kRight, kLeft, kFixed}) {
+  for (const ToolSphere& sphere : {kRight, kLeft, kCrossing, kFixed}) {
     const Vec3 swept = (sphere.centre_at(opening + step) - sphere.centre_at(opening - step)) / (2 * step);
     CHECK((sphere.swept(opening) - swept).norm() < 1e-9);
     // A point of the sphere, which moves with its jaw.

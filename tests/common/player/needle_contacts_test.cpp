@@ -111,6 +111,39 @@ TEST_CASE("A hand can take no energy from a needle in a floor that yields, howev
   }
 }
 
+TEST_CASE("Scissors that close feel what a needle feels that is pushed the way of their crossing, and the grip is its power") {
+  constexpr double kSlideM = 0.03, kStepM = 1e-4;
+  const Rotation turn(Eigen::AngleAxisd(0.1, Vec3(1, 2, 0).normalized()));
+  const Vec3 axis = turn * Vec3::UnitZ();
+  Patch pushed = needle_over_floor(6);
+  pushed.turn = turn;
+  Patch closed = pushed;
+  closed.sphere.slide_m = kSlideM;
+  closed.opening = 1;
+  closed.tool -= kSlideM * axis;
+  REQUIRE(check(closed) == PatchFault::none);
+  PatchPlayer needle(pushed), scissors(closed);
+  double before_n = 0, given_j = 0, spent_j = 0;
+  for (int ms = 1; ms <= 400; ++ms) {
+    // Half of the way into the body is the hand's, and the blades open again at the end.
+    const double way_m = kStepM * (ms <= 250 ? ms : 500 - ms), hand_m = 0.5 * way_m, opening = 1 - (way_m - hand_m) / kSlideM;
+    const PlayerOutput a = needle.advance({kStamp + Micros{1000 * ms}, pushed.tool - way_m * axis, turn});
+    const PlayerOutput b = scissors.advance({kStamp + Micros{1000 * ms}, closed.tool - hand_m * axis, turn, opening});
+    CHECK((a.force - b.force).norm() < 1e-9);
+    CHECK(a.contact == b.contact);
+    if (!scissors.needle_tip().inside) continue;
+    const Vec3 arm = opening * kSlideM * axis;
+    CHECK((b.torque - a.torque - arm.cross(a.force)).norm() < 1e-9);
+    const double along_n = axis.dot(b.force), step_m = ms <= 250 ? kStepM : -kStepM;
+    given_j += 0.5 * (along_n + before_n) * step_m;
+    spent_j += 0.5 * (along_n + before_n) * 0.5 * step_m - 0.5 * (b.grip + before_n * kSlideM) * (-0.5 * step_m / kSlideM);
+    before_n = along_n;
+  }
+  CHECK(needle.needle_tip().front_m > 0.02);
+  CHECK(scissors.needle_tip().front_m == Approx(needle.needle_tip().front_m).epsilon(1e-9));
+  CHECK(spent_j == Approx(given_j).epsilon(1e-9));
+}
+
 TEST_CASE("A needle that is in the body at the stamp goes on with the forces that it had") {
   Patch inside = needle_over_floor(0);
   PatchPlayer rigid(inside);

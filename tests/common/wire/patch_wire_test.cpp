@@ -236,6 +236,16 @@ TEST_CASE("jaws arrive with their opening, and fit beside as many vertices as is
   CHECK(check(wrong) == PatchFault::out_of_range);
 }
 
+TEST_CASE("the crossing of scissors arrives with its slide, and does not turn besides") {
+  Patch sent = seeds::needle_patch(5, 6, 8, 2);
+  sent.opening = 0.5;
+  sent.sphere.slide_m = 2000 * kToolStepM;
+  CHECK(round_trip(sent).sphere == sent.sphere);
+  sent.sphere.swing_rad = 0.25;
+  CHECK(check(sent) == PatchFault::out_of_range);
+  CHECK(seeds::bytes_of(seeds::message(PatchMessage{sent})).empty());
+}
+
 TEST_CASE("a tool's contacts that the surface of the terms moves arrive in few bytes, before those of other tools") {
   const Patch sent = seeds::jaws_patch(5, 6, 8, 5, 3), got = round_trip(sent);
   REQUIRE(got.others.count == 5);

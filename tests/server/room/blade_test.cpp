@@ -49,7 +49,7 @@ struct BladeRoom {
       hand.held = held.empty() ? 0 : held[k];
       for (Micros t = now; t <= job.target + kTick; t += kTick) {
         const ToolPose pose = hands[k](seconds(t - begin));
-        hand.samples.push_back({t, pose.position, pose.turn});
+        hand.samples.push_back({t, pose.position, pose.turn, pose.opening});
       }
       job.stations.push_back(hand);
     }
@@ -136,6 +136,39 @@ TEST_CASE("A hand that holds the tissue beside a blade feels no step where cells
   CHECK(epochs >= 2);
   CHECK(held.back() > 0.05);
   CHECK(most_n < 0.01);  // 0.025 where the traction is let go at once
+}
+
+TEST_CASE("Scissors that close cut as a blade does that goes the way of their crossing, and their hand bears the same",
+          "[blade]") {
+  constexpr double kStrokeM = 0x1p-5;
+  Scene scene = blade_block(0.01);
+  BladeRoom blade(scene);
+  scene.tool.needle->stroke_m = kStrokeM;
+  BladeRoom scissors(scene);
+  const BladeRoom::Path way = stab(0.0312, 0.029, 0.03);
+  blade.hands = {way};
+  // The hand goes the last millimetre before the blades close, and rests until the crossing is at their tips.
+  scissors.hands = {[=](double s) {
+    ToolPose pose = way(s);
+    const double tips_m = kBladeTopM - 0.03, crossing_m = pose.position.z();
+    pose.opening = std::min(1.0, (crossing_m - tips_m) / kStrokeM);
+    pose.position.z() = crossing_m - pose.opening * kStrokeM;
+    return pose;
+  }};
+  double most_n = 0;
+  for (int k = 0; k < 160; ++k) {
+    blade.frame();
+    scissors.frame();
+    most_n = std::max(most_n, blade.force(1).norm());
+    CHECK((blade.force(1) - scissors.force(1)).norm() < 1e-6);
+  }
+  CHECK(most_n > 0.5);
+  CHECK(scissors.tip().front_m == Approx(blade.tip().front_m).epsilon(1e-6));
+  CHECK(scissors.tip().front_m > 0.02);
+  CHECK(scissors.body.epoch() == blade.body.epoch());
+  CHECK(scissors.body.epoch() >= 2);
+  const Wrench wrench = wrench_of(scissors.body.ports().front(), {{}, Rotation::Identity(), Vec3::Zero(), 1}, Vec3::Zero());
+  CHECK((wrench.torque - Vec3(0, 0, kStrokeM).cross(wrench.force)).norm() < 1e-12 * kStrokeM * wrench.force.norm());
 }
 
 TEST_CASE("A tool beside a blade feels the same whether it meets the blade's own skin or a copy of nearly that radius",

@@ -156,6 +156,26 @@ TEST_CASE("A blade is a needle with an edge, and is refused where it cannot cut"
   CHECK(shape.back().centre.z() == Approx(0.04).margin(kToolStepM));
 }
 
+TEST_CASE(
+    "Scissors are a blade with a stroke, drawn as two blades about a hinge behind it, and come back from the scene's own text") {
+  const std::string scissors = R"({"scissors": {"length_m": 0.04, "width_m": 0.02, "stroke_m": 0.03}})",
+                    tissue = R"([{"toughness_j_m2": 30}])";
+  CHECK(needle_refusal(scissors, tissue) == "");
+  CHECK_THAT(refusal(scissors), Contains("the tool is scissors"));
+  CHECK_THAT(needle_refusal(R"({"scissors": {"length_m": 0.04, "width_m": 0.02}})", tissue), Contains("tool.scissors.stroke_m"));
+  CHECK_THAT(needle_refusal(R"({"blade": {"length_m": 0.04, "width_m": 0.02}, )" + scissors.substr(1), tissue),
+             Contains("tool.scissors is given with another edge"));
+  const ToolSpec tool{.needle = NeedleSpec{0.04, 0.02, true, 0.03}};
+  CHECK(tool.opens());
+  const ToolShape shape = drawn_shape(tool);
+  REQUIRE(shape.size() == kMaxToolSpheres);
+  CHECK(has_jaws(shape));
+  CHECK(shape.front().centre.norm() == 0);
+  CHECK(shape.front().centre_at(1).x() > 0.005);
+  CHECK(shape[3].centre_at(1).x() == Approx(-shape.front().centre_at(1).x()));
+  CHECK(shape.front().hinge_m > 0.03);
+}
+
 TEST_CASE("A needle that cannot be, or a body that it cannot enter, is refused with what was expected") {
   const std::string needle = R"({"needle": {"length_m": 0.07, "diameter_m": 0.001}})", tissue = R"([{"toughness_j_m2": 164}])";
   CHECK_THAT(refusal(needle), Contains("body.tissue"));
