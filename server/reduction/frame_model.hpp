@@ -176,12 +176,12 @@ class BodyFrame {
     bool residual = false, motion = false;
   };
   bool respond(SharedSystem& p, std::size_t which, Own own);
-  /// Returns B_end lambda_end - B lambda for each expected slide of a port.
-  std::vector<Vector> sliding_loads(std::size_t k);
 
  private:
   /// Determines the held nodes, and the coordinates of a locally refined body.
   void settle();
+  /// Returns B_end lambda_end - B lambda for each expected slide of a port.
+  std::vector<Vector> sliding_loads(std::size_t k);
 
   FrameModel* frame_;
   std::unique_ptr<BodyOperator> body_;

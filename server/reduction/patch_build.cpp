@@ -85,35 +85,6 @@ int modes_beside(const LinearPort& model) {
   return modes;
 }
 
-/// Loads of a touch in the coordinates of the directions W.
-RolloutLoads rollout_loads(const LinearPort& model, const Matrix& w) {
-  const std::vector<Vector> slides = model.body.sliding_loads(model.which);
-  const std::vector<ToolLoad> together = wrenches(model);
-  constexpr double kLongestM = 1;  // more than any hand goes
-  const auto pushes = 3 + static_cast<Eigen::Index>(together.size());
-  RolloutLoads loads{Matrix(w.cols(), pushes), Vector::Constant(pushes, kLongestM), w.transpose() * model.residual,
-                     w.transpose() * model.at.free_momentum(), Matrix(w.cols(), static_cast<Eigen::Index>(slides.size()))};
-  for (Eigen::Index axis = 0; axis < 3; ++axis)
-    loads.port.col(axis) = w.transpose() * model.port().input[static_cast<std::size_t>(axis)];
-  for (std::size_t k = 0; k < together.size(); ++k) {
-    const auto push = 3 + static_cast<Eigen::Index>(k);
-    loads.port.col(push) = w.transpose() * together[k].load;
-    loads.most_m[push] = together[k].most_m;
-  }
-  if (model.suture.force.size() > 0) loads.own += w.transpose() * model.suture.force;
-  if (model.tool_port().in_contact()) loads.own += loads.port.leftCols<3>() * model.tool_port().lambda;
-  const auto add_own = [&](const OtherTools::Contact& other) {
-    const ToolPort& port = model.frame.ports()[other.tool];
-    for (std::size_t axis = 0; axis < 3 && port.touching; ++axis)
-      loads.own += port.lambda[static_cast<Eigen::Index>(axis)] * (w.transpose() * other.port->input[axis]);
-  };
-  std::ranges::for_each(std::span(model.others.contacts).first(model.others.own), add_own);
-  std::ranges::for_each(model.others.shaft, add_own);
-  for (Eigen::Index k = 0; k < loads.slides.cols(); ++k)
-    loads.slides.col(k) = w.transpose() * slides[static_cast<std::size_t>(k)];
-  return loads;
-}
-
 /// Adds relaxation on the modes, after the rows of the tool's node if it is held.
 void add_fading(const LinearPort& model, const Matrix& v, Patch& patch) {
   const std::vector<Vector>& fading = model.body.fading();
@@ -136,15 +107,10 @@ struct Basis {
 };
 
 std::optional<Basis> linear_basis(const LinearPort& model, const KrylovStart& start, const KrylovSolve& solve, int modes) {
-  const bool chosen = model.request.scheme == Scheme::port && !model.grasp();
-  const auto directions = krylov_basis(model.at, start, solve,
-                                       {chosen ? kMaxModes + static_cast<int>(wrenches(model).size()) : modes, model.p.shift()});
+  const auto directions = krylov_basis(model.at, start, solve, {modes, model.p.shift()});
   model.frame.enter(BuildPhase::project);
   if (!directions) return std::nullopt;
-  Basis basis{*directions, model.at.projected(*directions)};
-  if (!chosen || basis.v.cols() == 0) return basis;
-  const Matrix q = dominant_directions(basis.on_v, rollout_loads(model, basis.v), model.p.shift(), modes);
-  return Basis{basis.v * q, {q.transpose() * basis.on_v.k * q, q.transpose() * basis.on_v.d * q}};
+  return Basis{*directions, model.at.projected(*directions)};
 }
 
 std::optional<Basis> nonlinear_basis(const LinearPort& model, const KrylovStart& start, const KrylovSolve& solve, int modes) {

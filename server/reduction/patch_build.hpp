@@ -3,8 +3,7 @@
 //   hold      the force at the stamp
 //   tangent   static stiffness at the port, K_s = K_p - K_pf K_ff^-1 K_fp  (touch: compliance C_s = B^T K^-1 B)
 //   ring      the nodes of the contact and their neighbours, all others held still, reduced like `port`
-//   port      the whole body; the modes of a touch are chosen from rational Krylov directions at the port (basis.hpp,
-//             linear_rollouts.hpp), those of a grasp are the first of them
+//   port      the whole body, on the first rational Krylov directions at the port (basis.hpp)
 //   hyper     the whole body, a basis for its likely motions (pod_basis.hpp), and in addition to the linear patch some of its
 //             elements (fit_nonlinear_terms.hpp); if that fails or they depart, `port` is built, and the patch reports it
 //

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "server/reduction/linear_rollouts.hpp"
+#include "server/reduction/basis.hpp"
 #include "server/reduction/other_tools.hpp"
 #include "server/reduction/patch_build.hpp"
 #include "server/reduction/pod_basis.hpp"

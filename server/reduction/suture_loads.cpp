@@ -41,7 +41,6 @@ SutureLoads suture_loads(const FrameModel& frame, const Linearisation& at, Share
       for (const auto& [node, weight] : bites[i].at) pull.emplace_back(node, -weight * shape.along[i]);
     ToolLoad& span = loads.spans.emplace_back();
     span.load = restricted(at, pull);
-    span.most_m = kMaxThreadM;
   }
   std::vector<SolveColumn> columns;
   for (ToolLoad& span : loads.spans) columns.push_back({&span.load, &span.response});
