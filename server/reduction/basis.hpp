@@ -99,7 +99,7 @@ inline constexpr double kIndependentShare = 1e-6;
 /// First directions, already solved for.
 struct KrylovStart {
   std::vector<Vector> ports;  ///< P^-1 B
-  std::vector<Vector> fine;   ///< M^-1 B, for fast response; may be empty
+  std::vector<Vector> fine;   ///< M^-1 B, for fast response, and for `hyper` responses that have little energy; may be empty
   Vector residual, motion;    ///< P^-1 F*, P^-1 M v*; the latter may be empty if no more modes are needed than come before it
 };
 /// Solves x = P^-1 b for every column. Returns false if P is found not to be positive definite.

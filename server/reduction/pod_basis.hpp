@@ -6,7 +6,8 @@
 //
 // so V spans the likely motions of the body over a time of 1 / s, by energy. In addition to the leading directions it includes
 // some that have little energy and act fast, unless those span them: for a touch M^-1 B n, the first response of the body along
-// the normal n, which matters for an onset (3 to 8 dB with little damping, docs/notebook.md, 20).
+// the normal n, which matters for an onset (3 to 8 dB with little damping, docs/notebook.md, 20); of jaws the responses to their
+// contacts pushing together (2 to 8 dB at 150 ms, docs/decisions/0080-jaws.md).
 //
 // Shapes: N coordinates of three numbers (body_operator.hpp), m snapshots, r modes; V is 3 N x r [kg^-1/2]. There are fewer modes
 // than requested if snapshots are dependent to kEnergyRounding of the largest energy, or P is not positive along them (a body in

@@ -99,7 +99,12 @@ KrylovStart krylov_start(const LinearPort& model) {
   } else {
     for (const Vector& b : port.input) start.fine.push_back(b.cwiseQuotient(model.at.masses()));
   }
-  if (model.hyper()) return start;
+  if (model.hyper()) {
+    // A snapshot's weight is how far hands go, and jaws that close on tissue stop there, while both faces push hard.
+    if (model.others.own > 0 && model.frame.has_jaws(model.which))
+      for (ToolLoad& wrench : wrenches(model)) start.fine.push_back(std::move(wrench.response));
+    return start;
+  }
   for (ToolLoad& wrench : wrenches(model)) start.ports.push_back(std::move(wrench.response));
   start.ports.insert(start.ports.end(), port.slides.begin(), port.slides.end());
   return start;

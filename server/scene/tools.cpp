@@ -131,7 +131,7 @@ ToolShape drawn_scissors(double stroke_m) {
   ToolShape shape;
   for (const int side : {1, -1})
     for (int k = 0; k < kOnBlade; ++k)
-      shape.push_back(jaws.on(sphere(Vec3(0, 0, k * jaws.hinge_m / kOnBlade), kBladeRadiusM), side));
+      shape.push_back(jaws.on(sphere(Vec3(0, 0, k * jaws.hinge_m / (kOnBlade - 1)), kBladeRadiusM), side));
   for (const double along_m : {jaws.hinge_m, jaws.hinge_m + stroke_m})
     shape.push_back(sphere(Vec3(0, 0, std::min(along_m, kMaxToolReachM)), 2 * kBladeRadiusM));
   return shape;
