@@ -326,6 +326,35 @@ TEST_CASE("A player whose jaws pinch a block's edge from both sides feels what t
   CHECK(error < 0.15 * peak);
 }
 
+TEST_CASE("Jaws that held still close on in a player as in the body, as hard and as far") {
+  const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
+  ToolShape shape;
+  for (const double side : {1.0, -1.0})
+    for (const double y : {-0.008, 0.008}) shape.push_back({Vec3(side * 0.029, y, 0.004), 0.004, 0.2, side * 0.1});
+  Handled body(shape);
+  constexpr int kStillFrames = 40, kClosingFrames = 3;
+  const Micros closes = body.now + kStillFrames * kBodyFrame;
+  const auto pose = [&](Micros t) {
+    return ToolPose(Vec3(0.03, 0.03, 0.042), Rotation::Identity(), std::clamp(0.25 - 1.5 * seconds(t - closes), 0.05, 0.25));
+  };
+  const auto advance = [&](PatchPlayer& player, Micros until) {
+    PlayerOutput out = player.output();
+    for (Micros t = player.time() + kTick; t <= until; t += kTick)
+      out = player.advance({t, pose(t).position, pose(t).turn, pose(t).opening});
+    return out;
+  };
+  FrameResult result;
+  for (int k = 0; k < kStillFrames; ++k) result = body.frame(pose, scheme);
+  REQUIRE((result.stations.front().patch && result.stations.front().patch->others.own == 3));
+  PatchPlayer still(*result.stations.front().patch, result.stations.front().terms);
+  const double before = advance(still, still.time() + kTick).grip;
+  for (int k = 0; k < kClosingFrames; ++k) result = body.frame(pose, scheme);
+  PatchPlayer there(*result.stations.front().patch, result.stations.front().terms);
+  const double closed = advance(there, there.time() + kTick).grip;
+  REQUIRE(closed > 1.5 * before);
+  CHECK(advance(still, there.time()).grip - before == Approx(closed - before).epsilon(scheme == Scheme::hyper ? 0.02 : 0.15));
+}
+
 TEST_CASE("A tool that lies on two bodies feels the sum of what it feels on each alone, in the room and with a patch") {
   const auto block = [](double from_x_m, double young_pa) {
     return fmt::format(
