@@ -246,7 +246,7 @@ std::vector<Vector> BodyFrame::sliding_loads(std::size_t k) {
   return loads;
 }
 
-bool BodyFrame::respond(SharedSystem& p, std::size_t which, Own own) {
+bool BodyFrame::respond(SharedSystem& p, std::size_t which, bool own) {
   SharedSystem::Loads loads;
   for (std::size_t k = 0; k < frame_->ports().size(); ++k) {
     const ToolPort& port = frame_->ports()[k];
@@ -257,9 +257,11 @@ bool BodyFrame::respond(SharedSystem& p, std::size_t which, Own own) {
     if (auto slides = sliding_loads(k); !slides.empty()) loads.slides.emplace(k, std::move(slides));
   }
   Vector momentum;
-  if (own.motion) momentum = p.at().free_momentum();
-  if (own.motion) loads.motion = &momentum;
-  if (own.residual) loads.residual = &total();
+  if (own) {
+    momentum = p.at().free_momentum();
+    loads.motion = &momentum;
+    loads.residual = &total();
+  }
   frame_->enter(BuildPhase::solve);
   const bool definite = p.respond(loads);
   frame_->enter(BuildPhase::other);

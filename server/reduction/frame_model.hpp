@@ -170,12 +170,9 @@ class BodyFrame {
 
   /// Returns P; nullptr if it is not positive definite. `tolerance`: of its solves.
   SharedSystem* system(SystemKey key, double tolerance);
-  /// Computes the responses of P at all points of the surface that tools touch or that are wanted, at port `which`, and to the
-  /// requested own loads of the body. Returns false if P is found not to be positive definite.
-  struct Own {
-    bool residual = false, motion = false;
-  };
-  bool respond(SharedSystem& p, std::size_t which, Own own);
+  /// Computes the responses of P at all points of the surface that tools touch or that are wanted, at port `which`, and where
+  /// `own` is true to the body's own loads, F* and M v*. Returns false if P is found not to be positive definite.
+  bool respond(SharedSystem& p, std::size_t which, bool own);
 
  private:
   /// Determines the held nodes, and the coordinates of a locally refined body.

@@ -186,7 +186,7 @@ bool build_on(FrameModel& frame, BodyFrame& body, std::size_t which, const Patch
   SharedSystem* const p = body.system(std::move(key), tangent ? kStaticTolerance : kBasisTolerance);
   if (!p) return false;
   const int before = p->iterations();
-  if (!body.respond(*p, which, {!tangent, needs_motion(request, kind)})) return false;
+  if (!body.respond(*p, which, !tangent)) return false;
   // A model without modes has nothing that a contact could move.
   LinearPort model{frame,
                    body,

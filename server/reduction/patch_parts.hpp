@@ -77,8 +77,6 @@ KrylovStart krylov_start(const LinearPort& model);
 SnapshotSet port_snapshots(const LinearPort& model, const KrylovStart& start);
 /// Returns the motion of the tool's node with the tool, 3 n x 3, for a patch with terms; without columns for a touch.
 Matrix prescribed_motion(const LinearPort& model);
-/// Returns true if the directions include P^-1 M v*.
-bool needs_motion(const PatchRequest& request, ContactKind contact);
 
 /// port_patch.cpp: what a port adds to a patch whose modes are set, with its terms.
 void add_grasp(const LinearPort& model, Reduced& reduced, BuiltPatch& made);

@@ -9,14 +9,6 @@
 
 namespace palpate {
 
-bool needs_motion(const PatchRequest& request, ContactKind contact) {
-  if (request.scheme == Scheme::tangent) return false;
-  // Three responses of the port, v*, three of M^-1 B (or one, and two of slides), the residual force.
-  constexpr int kModesBeforeMotion = 8;
-  return contact == ContactKind::attach || request.scheme == Scheme::hyper ||
-         modes_for(request.scheme, contact, request.order) > kModesBeforeMotion;
-}
-
 Matrix prescribed_motion(const LinearPort& model) {
   Matrix motion = Matrix::Zero(model.at.masses().size(), model.grasp() ? 3 : 0);
   if (!model.grasp()) return motion;
@@ -86,8 +78,7 @@ std::vector<ToolLoad> wrenches(const LinearPort& model) {
 
 KrylovStart krylov_start(const LinearPort& model) {
   const Port& port = model.port();
-  KrylovStart start{{port.response.begin(), port.response.end()}, {}, model.p.residual(), {}};
-  if (needs_motion(model.request, model.tool_port().kind)) start.motion = model.p.motion();
+  KrylovStart start{{port.response.begin(), port.response.end()}, {}, model.p.residual(), model.p.motion()};
   if (model.grasp()) return start;
   if (!model.suture.spans.empty()) {
     start.fine = {model.suture.spans.back().load.cwiseQuotient(model.at.masses())};

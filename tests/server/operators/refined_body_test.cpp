@@ -252,7 +252,7 @@ TEST_CASE("The port of a locally refined body is as soft as that of the whole to
       frame.begin(bench.state, ports, std::span(&tool, 1), Micros{150'000});
       SharedSystem* const p = model->system({kShift, false, model->held()}, 1e-5);
       REQUIRE(p);
-      REQUIRE(model->respond(*p, 0, {true, false}));
+      REQUIRE(model->respond(*p, 0, true));
       compliance[model == &frame.whole()] = p->port(0).compliance;
     }
   }

@@ -323,12 +323,12 @@ TEST_CASE("Stations of one frame share its solves, which are made together") {
   const Mat3 exact = bench.input(1).transpose() * bench.dynamic(kFrameShift).lu().solve(bench.input(1));
   CHECK((kept.compliance - exact).norm() < 1e-8 * exact.norm());
   const Vector before = kept.response[2];
-  REQUIRE(bench.frame.whole().respond(*p, 1, {.residual = true}));
+  REQUIRE(bench.frame.whole().respond(*p, 1, true));
   CHECK(&p->port(1) == &kept);
   CHECK(kept.response[2] == before);
   CHECK_THROWS(p->port(2));  // neither touches nor is wanted
   bench.frame.request_patch(2);
-  REQUIRE(bench.frame.whole().respond(*p, 1, {.residual = true}));
+  REQUIRE(bench.frame.whole().respond(*p, 1, true));
   CHECK(p->port(2).compliance.trace() > 0);
   CHECK(kept.response[2] == before);
 }

@@ -60,6 +60,14 @@ const Vec3 kMiddle(0.03, 0.03, 0.06);
 const ToolShape kPoint, kBall{{Vec3(0, 0, 0.005), 0.005}};
 const ToolShape kBar{{Vec3(-0.012, 0, 0.004), 0.004}, {Vec3(0, 0, 0.004), 0.004}, {Vec3(0.012, 0, 0.004), 0.004}};
 
+/// Jaws of four spheres about the middle of a block of 60 mm; closed, their faces are 50 mm apart.
+ToolShape edge_jaws() {
+  ToolShape shape;
+  for (const double side : {1.0, -1.0})
+    for (const double y : {-0.008, 0.008}) shape.push_back({Vec3(side * 0.029, y, 0.004), 0.004, 0.2, side * 0.1});
+  return shape;
+}
+
 Rotation about(const Vec3& axis, double rad) { return Rotation(Eigen::AngleAxisd(rad, axis)); }
 
 }  // namespace
@@ -284,11 +292,7 @@ TEST_CASE("Jaws open evenly between samples, come to rest after them within thei
 
 TEST_CASE("A player whose jaws pinch a block's edge from both sides feels what the body does, the grip included") {
   const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
-  // Closed, the faces are 50 mm apart, on a block of 60 mm.
-  ToolShape shape;
-  for (const double side : {1.0, -1.0})
-    for (const double y : {-0.008, 0.008}) shape.push_back({Vec3(side * 0.029, y, 0.004), 0.004, 0.2, side * 0.1});
-  Handled body(shape);
+  Handled body(edge_jaws());
   const Micros begin = body.now;
   const auto pose = [&](Micros t) {
     const double s = seconds(t - begin);
@@ -328,10 +332,7 @@ TEST_CASE("A player whose jaws pinch a block's edge from both sides feels what t
 
 TEST_CASE("Jaws that held still close on in a player as in the body, as hard and as far") {
   const Scheme scheme = GENERATE(Scheme::port, Scheme::hyper);
-  ToolShape shape;
-  for (const double side : {1.0, -1.0})
-    for (const double y : {-0.008, 0.008}) shape.push_back({Vec3(side * 0.029, y, 0.004), 0.004, 0.2, side * 0.1});
-  Handled body(shape);
+  Handled body(edge_jaws());
   constexpr int kStillFrames = 40, kClosingFrames = 3;
   const Micros closes = body.now + kStillFrames * kBodyFrame;
   const auto pose = [&](Micros t) {
