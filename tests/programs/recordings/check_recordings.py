@@ -258,7 +258,7 @@ def check_task(programs, scenes, work):
         address = re.search(r"at (127\.0\.0\.1:\d+)", server.stdout.readline()).group(1)
         # The server answers once it has measured what a frame takes, some seconds on a busy machine.
         subprocess.run([programs / "palpate-client", "--server", address, "--device", "replay", "--motion", motion, "--realtime", "off",
-                        "--station", "anna", "--duration-s", str(float(rows[-1][0]) + 6)], stdout=subprocess.DEVNULL, check=True)
+                        "--station", "anna", "--duration-s", str(float(rows[-1][0]) + 10)], stdout=subprocess.DEVNULL, check=True)
         server.terminate()
         server.communicate()
         said = lab(programs, "summary", "--recording", file, "--out", out).stdout
