@@ -263,7 +263,7 @@ void read_tool(const SceneText& text, const schema::ToolT& in, const schema::Bod
     const std::string scissors = "tool.scissors";
     out.tool.needle = read_edge(text, scissors, "scissors", *in.scissors, body, out);
     const double stroke_m = required(text, scissors + ".stroke_m", in.scissors->stroke_m, 0.002, 0.2, "m");
-    out.tool.needle->stroke_m = std::round(stroke_m / kToolStepM) * kToolStepM;
+    out.tool.needle->stroke_m = in_tool_steps(stroke_m);
   }
   if (!text.has(node)) return;
   if (out.mesh) text.refuse(node, node + " is given with a mesh", "it only with a lattice of nodes and size_m");

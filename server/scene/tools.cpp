@@ -17,8 +17,6 @@ namespace {
 
 constexpr double kMinRadiusM = 2e-4;  // thinner: finer than any surface
 
-double rounded(double metres) { return std::round(metres / kToolStepM) * kToolStepM; }
-
 Vec3 place(const SceneText& text, const std::string& path, const std::vector<double>& values) {
   return vector(text, path, values, -kMaxToolReachM, kMaxToolReachM, "m");
 }
@@ -27,7 +25,7 @@ double radius(const SceneText& text, const std::string& path, const flatbuffers:
   return required(text, path + ".radius_m", value, kMinRadiusM, kMaxToolReachM, "m");
 }
 
-ToolSphere sphere(const Vec3& centre, double radius_m) { return {centre.unaryExpr(&rounded), rounded(radius_m)}; }
+ToolSphere sphere(const Vec3& centre, double radius_m) { return {centre.unaryExpr(&in_tool_steps), in_tool_steps(radius_m)}; }
 
 /// The jaws of a tool: their hinge, and by how much each turns.
 struct Jaws {
@@ -45,7 +43,7 @@ std::optional<Jaws> read_jaws(const SceneText& text, const std::string& path, co
   if (!in.jaws) return std::nullopt;
   const std::string here = path + ".jaws";
   const double open_deg = required(text, here + ".open_deg", in.jaws->open_deg, 1, 120, "deg");
-  return Jaws{rounded(required(text, here + ".hinge_z_m", in.jaws->hinge_z_m, -kMaxToolReachM, kMaxToolReachM, "m")),
+  return Jaws{in_tool_steps(required(text, here + ".hinge_z_m", in.jaws->hinge_z_m, -kMaxToolReachM, kMaxToolReachM, "m")),
               std::round(0.5 * open_deg * std::numbers::pi / 180 / kSwingStepRad) * kSwingStepRad};
 }
 
@@ -127,7 +125,7 @@ constexpr double kBladeRadiusM = 7e-4;
 ToolShape drawn_scissors(double stroke_m) {
   constexpr double kBehindM = 0.003, kSwingRad = 0.3;
   constexpr int kOnBlade = 3;
-  const Jaws jaws{rounded(stroke_m + kBehindM), std::round(kSwingRad / kSwingStepRad) * kSwingStepRad};
+  const Jaws jaws{in_tool_steps(stroke_m + kBehindM), std::round(kSwingRad / kSwingStepRad) * kSwingStepRad};
   ToolShape shape;
   for (const int side : {1, -1})
     for (int k = 0; k < kOnBlade; ++k)
@@ -138,6 +136,8 @@ ToolShape drawn_scissors(double stroke_m) {
 }
 
 }  // namespace
+
+double in_tool_steps(double metres) { return std::round(metres / kToolStepM) * kToolStepM; }
 
 ToolShape drawn_shape(const ToolSpec& tool) {
   if (!tool.needle) return tool.shape;

@@ -17,6 +17,9 @@ struct NamedTool {
 /// All named tools, sorted by name.
 const std::vector<NamedTool>& named_tools();
 
+/// Returns the nearest length that a tool may have: whole steps (tool_shape.hpp).
+double in_tool_steps(double metres);
+
 /// Returns the body of a tool as it is drawn: spheres along the shaft of a needle or a blade, along its edge, or along the two
 /// blades of scissors, which are jaws then; the contacts are not theirs.
 ToolShape drawn_shape(const ToolSpec& tool);

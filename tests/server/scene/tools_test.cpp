@@ -174,6 +174,16 @@ TEST_CASE(
   CHECK(shape.front().centre_at(1).x() > 0.005);
   CHECK(shape[3].centre_at(1).x() == Approx(-shape.front().centre_at(1).x()));
   CHECK(shape.front().hinge_m > 0.03);
+  const std::string text =
+      R"({"body": {"lattice": {"nodes": [3, 3, 3], "size_m": [0.02, 0.02, 0.02], "fixed_faces": ["z-"], "solid": {"material": "liver"}}, "tissue": )" +
+      tissue + R"(}, "tool": )" + scissors + "}";
+  const Folder folder;
+  const std::filesystem::path file = folder.write("scissors.json", text);
+  const std::optional<NeedleSpec> again = load_scene(folder.write("again.json", print_scene(file))).tool.needle;
+  REQUIRE(again);
+  CHECK(again->is_blade);
+  CHECK(again->stroke_m == Approx(0.03).margin(kToolStepM));
+  CHECK((again->length_m == 0.04 && again->width_m == 0.02));
 }
 
 TEST_CASE("A needle that cannot be, or a body that it cannot enter, is refused with what was expected") {
