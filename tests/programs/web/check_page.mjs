@@ -112,7 +112,7 @@ async function checkLive(browser, work) {
   const recording = join(work, "session.rec");
   let body = await server(port, "--record", recording, "--record-shapes-hz", "20");
   const { program, address } = await web(ANY_PORT, "--server", `127.0.0.1:${port}`);
-  const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+  const page = await open(browser, address, { viewport: { width: 1024, height: 640 }, colorScheme: "light" });
   await page.waitForFunction(() => document.getElementById("title").textContent === "organ");
   await page.waitForSelector("#link[data-state=live]");
   await page.waitForSelector(".nobody");
@@ -133,7 +133,7 @@ async function checkLive(browser, work) {
     const [felt, label] = [".station .force", ".label b"].map((place) => document.querySelector(place.replace(" ", '[data-station="or 3"] '))?.textContent ?? "");
     window.compared ??= { equal: 0, apart: [] };
     if (/N$/.test(label)) felt === label ? (window.compared.equal += 1) : window.compared.apart.push([felt, label]);
-    return window.compared.equal + window.compared.apart.length > 50;
+    return window.compared.equal + window.compared.apart.length > 15;
   });
   assert.deepEqual(await page.evaluate(() => window.compared.apart), []);
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-station="or 3"] .force').textContent) > 0.3);
@@ -320,7 +320,7 @@ async function checkTask(browser, recording) {
 
 async function checkReplay(browser, work, recording, marks) {
   const { program, address } = await web(ANY_PORT, "--recording", recording);
-  const page = await open(browser, address, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+  const page = await open(browser, address, { viewport: { width: 1024, height: 640 }, colorScheme: "light" });
   await page.waitForSelector("#link[data-state=replay]");
   await page.waitForSelector("#replay:not([hidden])");
   const length = Number(await page.getAttribute("#seek", "max"));
