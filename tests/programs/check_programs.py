@@ -115,24 +115,29 @@ def check_two_devices(programs, room, work):
     motion.write_text("t_s,x_m,y_m,z_m,buttons\n0,0,0,0.01,0\n0.5,0,0,0.03,0\n1,0,0,0.03,1\n2,0.02,0,0,1\n")
     desk.write_text('{"devices": [{"device": "sim", "scale": 2, "clutch_button": 0}]}')
     common = ["--server", room.address, "--realtime", "off", "--device", "sim", "--device", "sim"]
-    done = run(programs, "palpate-client", *common, "--motion", motion, "--workspace", desk, "--station", "trainee", "--scale", "2",
-               "--scale", "0.5", "--report", work / "two", "--record", work / "two.rec", "--save-workspace", work / "saved.json")
-    assert done.returncode == 0, done.stderr
-    assert "trainee-1: joined scene" in done.stdout and "trainee-2: joined scene" in done.stdout, done.stdout
-    for name, scale in (("trainee-1", 2), ("trainee-2", 0.5)):
-        summary = json.loads((work / "two" / name / "summary.json").read_text())
-        assert summary["run"]["station"] == name and summary["run"]["workspace"]["scale"] == scale, summary["run"]
-        assert (work / f"two-{name}.rec").stat().st_size > 0
-        rows = (work / "two" / name / "forces.csv").read_text().split()
-        first, last = ([float(x) for x in rows[k].split(",")[1:4]] for k in (1, -1))
-        # The tool goes up with the hand, scaled; then the clutch holds it while the hand goes elsewhere.
-        assert abs(last[2] - first[2] - 0.02 * scale) < 0.002 * scale and abs(last[0] - first[0]) < 0.002 * scale, (first, last)
-    # They begin at one moment, and are reported together.
-    joint = json.loads((work / "two" / "summary.json").read_text())["hands"]
-    assert list(joint) == ["trainee-1", "trainee-2"] and joint["trainee-2"]["run"]["workspace"]["scale"] == 0.5, joint
-    times = [[float(row.split(",")[0]) for row in (work / "two" / name / "forces.csv").read_text().split()[1:]] for name in joint]
-    assert all(t[0] < 0.1 for t in times) and abs(len(times[0]) - len(times[1])) < 500, [t[:2] for t in times]
-    saved = json.loads((work / "saved.json").read_text())
+    for attempt in range(5):  # a busy machine is late for the first tick of a run, hands that begin apart are in all of them
+        at = work / f"attempt-{attempt}"
+        at.mkdir()
+        done = run(programs, "palpate-client", *common, "--motion", motion, "--workspace", desk, "--station", "trainee", "--scale", "2",
+                   "--scale", "0.5", "--report", at / "two", "--record", at / "two.rec", "--save-workspace", at / "saved.json")
+        assert done.returncode == 0, done.stderr
+        assert "trainee-1: joined scene" in done.stdout and "trainee-2: joined scene" in done.stdout, done.stdout
+        for name, scale in (("trainee-1", 2), ("trainee-2", 0.5)):
+            summary = json.loads((at / "two" / name / "summary.json").read_text())
+            assert summary["run"]["station"] == name and summary["run"]["workspace"]["scale"] == scale, summary["run"]
+            assert (at / f"two-{name}.rec").stat().st_size > 0
+            rows = (at / "two" / name / "forces.csv").read_text().split()
+            first, last = ([float(x) for x in rows[k].split(",")[1:4]] for k in (1, -1))
+            # The tool goes up with the hand, scaled; then the clutch holds it while the hand goes elsewhere.
+            assert abs(last[2] - first[2] - 0.02 * scale) < 0.002 * scale and abs(last[0] - first[0]) < 0.002 * scale, (first, last)
+        # They begin at one moment, and are reported together.
+        joint = json.loads((at / "two" / "summary.json").read_text())["hands"]
+        assert list(joint) == ["trainee-1", "trainee-2"] and joint["trainee-2"]["run"]["workspace"]["scale"] == 0.5, joint
+        times = [[float(row.split(",")[0]) for row in (at / "two" / name / "forces.csv").read_text().split()[1:]] for name in joint]
+        if all(t[0] < 0.0015 for t in times):
+            break
+    assert all(t[0] < 0.0015 for t in times) and abs(len(times[0]) - len(times[1])) < 500, [t[:2] for t in times]
+    saved = json.loads((at / "saved.json").read_text())
     assert saved["devices"][0]["clutch_button"] == 0 and saved["devices"][0]["device"] == "sim", saved
     for wrong, said in ((["--station", "a", "--station", "a"], "--station: 'a' twice"),
                         (["--scale", "1", "--scale", "2", "--scale", "3"], "--scale: is there 3 times for 2 devices"),
