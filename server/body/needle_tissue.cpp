@@ -14,7 +14,22 @@ constexpr double kRegular = 1e-6;          // of A, relative
 constexpr int kMotions = 8, kLengths = 4;  // fixed-point iterations; measured: positions then agree to 1 um
 constexpr int kBisections = 20;            // of a layer's begin: to a millionth of the length
 
+/// Returns the place at a depth in the body at rest, of a path of these points.
+Vec3 rest_at(const NeedleLayers& layers, const std::array<Vec3, kNeedlePoints>& rest, double depth_m) {
+  const PathPlace at = place_on_path(layers, depth_m);
+  const auto j = static_cast<std::size_t>(at.j);
+  return rest[j] + at.part * (rest[j + 1] - rest[j]);
+}
+
 }  // namespace
+
+Vec3 NeedlePath::rest_at(double depth_m) const { return palpate::rest_at(layers, rest, depth_m); }
+
+std::optional<double> NeedlePath::exit_m() const {
+  constexpr int kWithExit = 2;
+  if (layers.count < kWithExit) return std::nullopt;
+  return layers.of[kWithExit - 1].begins_m;
+}
 
 Vec3 NeedlePath::position(double depth_m, const Vector& x, Vec3& tau) const {
   const PathPlace at = place_on_path(layers, depth_m);
@@ -130,13 +145,12 @@ std::shared_ptr<const NeedlePath> NeedleTissue::carried_over(const NeedlePath& p
 }
 
 CutSettings NeedlePath::cut(double depth_m) const {
-  const PathPlace front = place_on_path(layers, depth_m);
   CutSettings cut;
   // It begins a little outside, so that it leaves no link of a curved surface.
   cut.path_m.push_back(rest[0] - 0.5 * edge.norm() * (rest[1] - rest[0]).normalized());
+  const PathPlace front = place_on_path(layers, depth_m);
   for (std::size_t j = 1; j <= static_cast<std::size_t>(front.j); ++j) cut.path_m.push_back(rest[j]);
-  const auto j = static_cast<std::size_t>(front.j);
-  if (front.part > 0) cut.path_m.push_back(rest[j] + front.part * (rest[j + 1] - rest[j]));
+  if (front.part > 0) cut.path_m.push_back(rest_at(depth_m));
   for (Vec3& place : cut.path_m) place -= 0.5 * edge;
   cut.depth_m = edge.norm();
   cut.direction = edge / cut.depth_m;
@@ -148,11 +162,6 @@ double NeedleTissue::depth_of(const Vec3& rest) const { return -skin_->nearest(0
 NeedleLayers NeedleTissue::layers_along(const std::array<Vec3, kNeedlePoints>& rest) const {
   NeedleLayers layers;
   layers.length_m = needle_.length_m;
-  const auto place = [&](double depth_m) {
-    const PathPlace at = place_on_path(layers, depth_m);
-    const auto j = static_cast<std::size_t>(at.j);
-    return Vec3(rest[j] + at.part * (rest[j + 1] - rest[j]));
-  };
   const auto add = [&](double begins_m, const TissueLayer& tissue) {
     layers.of[static_cast<std::size_t>(layers.count++)] = {begins_m, tissue.puncture_n, tissue.toughness_j_m2 * needle_.width_m,
                                                            tissue.friction_n_m};
@@ -163,16 +172,17 @@ NeedleLayers NeedleTissue::layers_along(const std::array<Vec3, kNeedlePoints>& r
     for (int j = 1; j < kNeedlePoints && high < 0; ++j) {
       const double depth_m = j * layers.spacing_m();
       if (depth_m <= from_m) continue;
-      if (passed(place(depth_m)))
+      if (passed(rest_at(layers, rest, depth_m)))
         high = depth_m;
       else
         low = depth_m;
     }
-    for (int k = 0; k < kBisections && high > 0; ++k) (passed(place(0.5 * (low + high))) ? high : low) = 0.5 * (low + high);
+    for (int k = 0; k < kBisections && high > 0; ++k)
+      (passed(rest_at(layers, rest, 0.5 * (low + high))) ? high : low) = 0.5 * (low + high);
     return high;
   };
   add(0, body_->tissue.front());
-  const double exit_m = first(0, [&](const Vec3& at) { return depth_of(at) < 0; });
+  const double exit_m = first(0, [&](const Vec3& at) { return !skin_->holds(at); });
   double thickness_m = 0;
   for (std::size_t k = 0; k + 1 < body_->tissue.size(); ++k) {
     thickness_m += body_->tissue[k].thickness_m;

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,10 @@ struct NeedlePath {
 
   /// Returns the position at a depth; `tau`: the derivative by the depth.
   Vec3 position(double depth_m, const Vector& x, Vec3& tau) const;
+  /// Returns the place at a depth in the body at rest.
+  Vec3 rest_at(double depth_m) const;
+  /// Returns the depth at which the path leaves the body of one layer; none if it ends within.
+  std::optional<double> exit_m() const;
   /// Returns the weights at a depth; beyond the last point those of that one.
   NodeWeights weights(double depth_m) const;
   /// Returns the cut that a blade has made with its front at a depth > 0.

@@ -155,6 +155,11 @@ NearestPoint Skin::nearest(std::size_t copy, Positions positions, const Vec3& qu
   return nearest;
 }
 
+bool Skin::holds(const Vec3& at_rest) const {
+  constexpr double kHalf = 0.5;
+  return winding_number(one(), rest().first(3 * vertices()), at_rest) > kHalf;
+}
+
 Onset Skin::look_for_contact(std::size_t copy, Positions positions, const Vec3& tool, double radius_m,
                              Clearance& clearance) const {
   const std::size_t vertices = this->vertices();

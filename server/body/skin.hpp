@@ -58,6 +58,8 @@ class Skin {
   NodeWeights weights(const SurfacePoint& point) const;
   /// Returns the position of the point, with `b` = weights(point).
   Vec3 position(const SurfacePoint& point, const NodeWeights& b, const Vector& x) const;
+  /// Returns true for a point in the body at rest, by the winding number: the walls of cuts, in pairs there, do not count.
+  bool holds(const Vec3& at_rest) const;
   /// Returns the rest positions of the vertices.
   Positions rest() const { return {rest_.front().data(), 3 * rest_.size()}; }
   /// Returns the row of S for one vertex, over nodes.

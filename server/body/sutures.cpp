@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/body/needle_tissue.hpp"
 #include "server/scene/sutures.hpp"
 
 namespace palpate {
@@ -46,6 +47,15 @@ void take_out(std::size_t j, SutureState::Thread& thread) {
   thread.length_m[n] = 0;
   --thread.law.bites;
   thread.bites = std::make_shared<const std::vector<SutureBite>>(std::move(bites));
+}
+
+/// Returns the bite next to one end of a path, at least a diameter of the thread below the surface; none if no cell has one.
+std::optional<SutureBite> bite_near(const LumpedBody& body, const NeedlePath& path, double end_m, double middle_m,
+                                    double diameter_m) {
+  const double way_m = middle_m - end_m, step_m = std::copysign(diameter_m, way_m);
+  for (double far_m = step_m; std::abs(far_m) < std::abs(way_m); far_m += step_m)
+    if (std::optional<SutureBite> bite = bite_at(body, path.rest_at(end_m + far_m)); bite && can_move(body, *bite)) return bite;
+  return std::nullopt;
 }
 
 /// Returns the number of bites that were torn out.
@@ -254,6 +264,52 @@ std::optional<std::uint32_t> Sutures::end_of(const BodyState& state, std::uint32
     if (thread.suture == suture && thread.has_end && thread.law.bites > 0 && !thread.law.last_tied) return which;
   }
   return std::nullopt;
+}
+
+std::optional<std::uint32_t> Sutures::on_needle(const BodyState& state, std::span<const std::uint32_t> sutures) const {
+  const std::vector<SutureState::Thread>& threads = state.sutures->threads;
+  for (const std::uint32_t suture : sutures)
+    for (std::uint32_t which = 0; which < threads.size(); ++which) {
+      const SutureState::Thread& thread = threads[which];
+      if (thread.suture == suture && thread.has_end && !(thread.law.last_tied && thread.law.bites > 0)) return which;
+    }
+  return std::nullopt;
+}
+
+bool Sutures::draw_through(BodyState& state, std::size_t which, const NeedlePath& path) const {
+  constexpr double kShortestTailM = 0.01;
+  const std::optional<double> exit_m = path.exit_m();
+  if (!exit_m) return false;
+  SutureState next = *state.sutures;
+  SutureState::Thread& thread = next.threads[which];
+  const Suture& suture = body_->sutures[thread.suture];
+  std::uint32_t number = 0;  // beyond those of all its parts
+  for (const SutureState::Thread& part : next.threads)
+    if (part.suture == thread.suture && !part.bites->empty()) number = std::max(number, part.bites->back().number + 1);
+  std::vector<SutureBite> bites = *thread.bites;
+  const std::size_t before = bites.size();
+  for (const double end_m : {0.0, *exit_m}) {
+    std::optional<SutureBite> bite = bite_near(*body_, path, end_m, 0.5 * *exit_m, 2 * suture.radius_m);
+    if (!bite || number >= suture.most_bites()) return false;
+    bite->number = number++;
+    bites.push_back(std::move(*bite));
+  }
+  OfSpans& length_m = thread.length_m;
+  double tail_m = length_m[before];
+  if (before == 0) {
+    tail_m -= length_m[0] = suture.first_tail_m;
+    thread.law.first_tied = suture.law.first_tied;
+  }
+  for (std::size_t i = std::max<std::size_t>(before, 1); i < bites.size(); ++i) {
+    length_m[i] = (point_of(bites[i].at, state.x) - point_of(bites[i - 1].at, state.x)).norm() + suture.slack_m;
+    tail_m -= length_m[i];
+  }
+  if (tail_m < kShortestTailM) return false;
+  length_m[bites.size()] = tail_m;
+  thread.law.bites = static_cast<int>(bites.size());
+  thread.bites = std::make_shared<const std::vector<SutureBite>>(std::move(bites));
+  state.sutures = std::make_shared<const SutureState>(std::move(next));
+  return true;
 }
 
 void Sutures::tie(BodyState& state, std::size_t which) const {

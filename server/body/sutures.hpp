@@ -18,6 +18,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "server/elements/body_state.hpp"
@@ -25,11 +26,13 @@
 
 namespace palpate {
 
+struct NeedlePath;
+
 struct SutureState {
   struct Thread {
     std::uint32_t suture = 0;  ///< of the body, of which it is, or is a part
     bool has_end = true;       ///< false: the end that a hand may hold was cut off
-    SutureLaw law;             ///< without bites: it is torn out of the body
+    SutureLaw law;             ///< without bites: it is on a needle, or torn out of the body
     std::shared_ptr<const std::vector<SutureBite>> bites;
     OfSpans length_m{};        ///< L_i
     std::optional<Vec3> hand;  ///< h; none: nobody holds the end
@@ -37,6 +40,12 @@ struct SutureState {
   std::vector<Thread> threads;  ///< those of the body first, by number; then what was cut off them
   double torn_m = 0;            ///< length that bites cut through the tissue
   std::uint32_t torn_out = 0;   ///< bites that have left the body
+};
+
+/// The thread on a needle, and the end of the needle [m].
+struct ThreadOnNeedle {
+  std::uint32_t which = 0;
+  Vec3 at;
 };
 
 /// Returns the place of a thread's last bite; null if it has none.
@@ -76,6 +85,12 @@ class Sutures {
   void hold(BodyState& state, std::size_t which, const std::optional<Vec3>& hand) const;
   /// Returns the thread that has the end of a suture of the body, if it can be pulled.
   std::optional<std::uint32_t> end_of(const BodyState& state, std::uint32_t suture) const;
+  /// Draws thread `which` through the tissue along the path of its needle: bites near both ends of it, the tail before the first
+  /// of all as long as the scene says. Returns false, and does nothing, if the path does not leave the body, or the thread has
+  /// not the bites or the length for it.
+  bool draw_through(BodyState& state, std::size_t which, const NeedlePath& path) const;
+  /// Returns the thread that is on a needle: of these sutures in turn the first whose end is neither tied nor cut off.
+  std::optional<std::uint32_t> on_needle(const BodyState& state, std::span<const std::uint32_t> sutures) const;
   /// Ties a thread at its last bite, and lets its end go.
   void tie(BodyState& state, std::size_t which) const;
   /// Cuts the span that is nearest to `at` [m], if it is within reach; a hand keeps what is beyond. Returns false if none is.

@@ -94,6 +94,8 @@ void UdpServer::say(std::size_t room, const RecordedEvent& event) const {
 }
 
 void UdpServer::say(std::size_t room, const SutureNews& news) const {
+  for (const std::string& name : news.drawn_through)
+    say(room, "thread_drawn_through", fmt::format("thread \"{}\" was drawn through the tissue", name), {{"suture", name}});
   for (const std::string& name : news.tied)
     say(room, "thread_tied", fmt::format("thread \"{}\" is tied at its last bite", name), {{"suture", name}});
   for (const std::string& name : news.cut)

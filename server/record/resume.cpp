@@ -119,7 +119,7 @@ std::shared_ptr<const SutureState> threads_of(const std::vector<RecordedThread>&
     std::vector<SutureBite> bites;
     for (const RecordedThread::Bite& bite : recorded.bites) {
       std::optional<SutureBite> at = bite_at(body, bite.cell, bite.at);
-      if (!at || bite.number >= body.sutures[recorded.suture].bites.size()) return nullptr;
+      if (!at || bite.number >= body.sutures[recorded.suture].most_bites()) return nullptr;
       at->number = bite.number;
       bites.push_back(std::move(*at));
     }

@@ -13,12 +13,13 @@ constexpr std::uint32_t kSides = 4;
 /// The bites that a suture of the scene has now, in places of those that it began with.
 struct DrawnBites {
   std::vector<const SutureState::Thread*> thread;  ///< whose each is
-  std::vector<Vec3> at;
+  std::vector<Vec3> at, rest;
 };
 
-/// Returns no places if the suture has no bites left.
-DrawnBites drawn_bites(const Sutures& sutures, const BodyState& state, std::uint32_t suture, std::size_t begun) {
-  DrawnBites bites{std::vector<const SutureState::Thread*>(begun, nullptr), std::vector<Vec3>(begun, Vec3::Zero())};
+/// Returns no places if the suture has no bites.
+DrawnBites drawn_bites(const Sutures& sutures, const BodyState& state, std::uint32_t suture, std::size_t most) {
+  const std::vector<Vec3> none(most, Vec3::Zero());
+  DrawnBites bites{std::vector<const SutureState::Thread*>(most, nullptr), none, none};
   const std::vector<SutureState::Thread>& threads = state.sutures->threads;
   for (std::size_t which = 0; which < threads.size(); ++which) {
     if (threads[which].suture != suture) continue;
@@ -27,84 +28,119 @@ DrawnBites drawn_bites(const Sutures& sutures, const BodyState& state, std::uint
       const std::uint32_t number = (*threads[which].bites)[j].number;
       bites.thread[number] = &threads[which];
       bites.at[number] = place.points[j];
+      bites.rest[number] = (*threads[which].bites)[j].rest;
     }
   }
   const auto there = std::ranges::find_if(bites.thread, [](const auto* thread) { return thread != nullptr; });
   if (there == bites.thread.end()) return {};
   std::size_t before = static_cast<std::size_t>(there - bites.thread.begin());
-  for (std::size_t j = 0; j < begun; ++j) {
+  for (std::size_t j = 0; j < most; ++j) {
     if (bites.thread[j]) before = j;
     bites.thread[j] = bites.thread[before];
     bites.at[j] = bites.at[before];
+    bites.rest[j] = bites.rest[before];
   }
   return bites;
 }
 
-/// The surface of a body at rest, without the walls of cuts.
-class OuterSurface {
- public:
-  explicit OuterSurface(const LumpedBody& body) : x_(vertices_at_rest(body)) {
-    std::vector<Triangle> outer;
-    const auto is_wall = [&](std::uint32_t v) { return !body.is_node(v) && body.embedded[v - body.nodes.size()].is_wall; };
-    for (const Triangle& t : body.triangles)
-      if (std::ranges::none_of(t, is_wall)) outer.push_back(t);
-    surface_ = Surface(std::move(outer), x_.size());
-  }
-  /// Returns the way from a point in the body to where a thread of this radius lies on the surface.
-  Vec3 above(const Vec3& point, double radius_m) const {
-    if (surface_.empty()) return Vec3::Zero();
-    const NearestPoint nearest = nearest_point(surface_.view(), {x_.front().data(), 3 * x_.size()}, point);
-    return nearest.position + radius_m * nearest.normal - point;
-  }
-
- private:
-  std::vector<Vec3> x_;
-  Surface surface_;
-};
-
 }  // namespace
+
+OuterSurface::OuterSurface(const LumpedBody& body) : x_(vertices_at_rest(body)) {
+  std::vector<Triangle> outer;
+  const auto is_wall = [&](std::uint32_t v) { return !body.is_node(v) && body.embedded[v - body.nodes.size()].is_wall; };
+  for (const Triangle& t : body.triangles)
+    if (std::ranges::none_of(t, is_wall)) outer.push_back(t);
+  surface_ = Surface(std::move(outer), x_.size());
+}
+
+Vec3 OuterSurface::above(const Vec3& point, double radius_m) const {
+  if (surface_.empty()) return Vec3::Zero();
+  const NearestPoint nearest = nearest_point(surface_.view(), {x_.front().data(), 3 * x_.size()}, point);
+  return nearest.position + radius_m * nearest.normal - point;
+}
 
 DrawnThreads::DrawnThreads(const LumpedBody& body) : body_(&body) {
   constexpr int kStubSegments = 2;  // to the surface, and to the middle
   if (body.sutures.empty()) return;
-  const OuterSurface surface(body);
+  surface_.emplace(body);
   for (const Suture& suture : body.sutures) {
-    const std::vector<SutureBite>& bites = suture.bites;
-    Thread thread{ThreadChain(bites.front().rest, Vec3::UnitZ(), suture.length_m.front()),
-                  ThreadChain(bites.back().rest, Vec3::UnitX(), suture.length_m[bites.size()]),
+    const bool on_needle = suture.bites.empty();
+    const std::size_t most = suture.most_bites();
+    const auto rest = [&](std::size_t j) { return on_needle ? body.nodes.front() : suture.bites[j].rest; };
+    Thread thread{ThreadChain(rest(0), Vec3::UnitZ(), on_needle ? suture.first_tail_m : suture.length_m.front()),
+                  ThreadChain(rest(most - 1), Vec3::UnitX(), on_needle ? suture.length_m.front() : suture.length_m[most]),
                   {}};
-    for (std::size_t j = 1; j < bites.size(); ++j) {
-      const Vec3 middle = 0.5 * (bites[j - 1].rest + bites[j].rest);
-      thread.spans.push_back({ThreadChain(bites[j - 1].rest, middle, kStubSegments),
-                              ThreadChain(bites[j].rest, middle, kStubSegments),
-                              surface.above(bites[j - 1].rest, suture.radius_m), surface.above(middle, suture.radius_m),
-                              surface.above(bites[j].rest, suture.radius_m)});
+    if (on_needle) {  // out of sight until the needle is there
+      thread.first.lay(rest(0), rest(0));
+      thread.tail.lay(rest(0), rest(0));
+    }
+    for (std::size_t j = 1; j < most; ++j) {
+      const Vec3 middle = 0.5 * (rest(j - 1) + rest(j));
+      thread.spans.push_back({ThreadChain(rest(j - 1), middle, kStubSegments), ThreadChain(rest(j), middle, kStubSegments)});
     }
     threads_.push_back(std::move(thread));
   }
 }
 
-void DrawnThreads::advance(const Dynamics& dynamics, const BodyState& state) {
+void DrawnThreads::Span::lie_over(const OuterSurface& surface, const Vec3& low_rest, const Vec3& high_rest, double radius_m) {
+  if (low_rest == rest_low && high_rest == rest_high) return;
+  rest_low = low_rest;
+  rest_high = high_rest;
+  over_low = surface.above(rest_low, radius_m);
+  over_middle = surface.above(0.5 * (rest_low + rest_high), radius_m);
+  over_high = surface.above(rest_high, radius_m);
+}
+
+/// Draws it with its bites, and all that is before them, at one place.
+void DrawnThreads::Thread::hang_from(const Vec3& at) {
+  first.lay(at, at);
+  for (Span& span : spans) {
+    span.low.lay(at, at);
+    span.high.lay(at, at);
+  }
+}
+
+void DrawnThreads::advance(const Dynamics& dynamics, const BodyState& state, const std::optional<ThreadOnNeedle>& on_needle) {
   const double over_s = state.time_s - std::exchange(time_s_, state.time_s);
   const Vec3& gravity = body_->gravity_m_s2;
   for (std::uint32_t k = 0; k < threads_.size(); ++k) {
-    const DrawnBites bites = drawn_bites(dynamics.sutures(), state, k, body_->sutures[k].bites.size());
-    if (bites.at.empty()) continue;  // it lies where it came out
+    const DrawnBites bites = drawn_bites(dynamics.sutures(), state, k, body_->sutures[k].most_bites());
     Thread& thread = threads_[k];
+    const bool is_on_needle = on_needle && state.sutures->threads[on_needle->which].suture == k;
+    if (bites.at.empty()) {
+      if (!is_on_needle) continue;  // it lies where it came out
+      const double length_m = state.sutures->threads[on_needle->which].length_m[0];
+      thread.hang_from(on_needle->at);
+      if (std::exchange(thread.has_bites, false)) thread.tail.lay(on_needle->at, on_needle->at - length_m * Vec3::UnitZ());
+      thread.tail.advance(over_s, on_needle->at, std::nullopt, length_m, gravity);
+      continue;
+    }
     const SutureState::Thread &first = *bites.thread.front(), &last = *bites.thread.back();
+    const std::optional<Vec3> end = is_on_needle ? std::optional(on_needle->at) : last.hand;
+    if (!std::exchange(thread.has_bites, true)) {
+      thread.first.lay(bites.at.front(), bites.at.front() - first.length_m[0] * Vec3::UnitX());
+      thread.tail.lay(bites.at.back(), end ? *end : bites.at.back());
+    }
     thread.first.advance(over_s, bites.at.front(), std::nullopt, first.length_m[0], gravity);
-    thread.tail.advance(over_s, bites.at.back(), last.hand, last.length_m[last.bites->size()], gravity);
+    thread.tail.advance(over_s, bites.at.back(), end, last.length_m[last.bites->size()], gravity);
     for (std::size_t i = 0; i < thread.spans.size(); ++i) {
       Span& span = thread.spans[i];
+      if (bites.rest[i] == bites.rest[i + 1]) {  // they are one bite
+        span.low.lay(bites.at[i], bites.at[i]);
+        span.high.lay(bites.at[i], bites.at[i]);
+        continue;
+      }
+      span.lie_over(*surface_, bites.rest[i], bites.rest[i + 1], body_->sutures[k].radius_m);
       const SutureState::Thread &low = *bites.thread[i], &high = *bites.thread[i + 1];
-      span.cut = &low != &high;
-      if (span.cut) {
+      if (&low != &high) {  // it is cut
         span.low.advance(over_s, bites.at[i], std::nullopt, low.length_m[low.bites->size()], gravity);
         span.high.advance(over_s, bites.at[i + 1], std::nullopt, high.length_m[0], gravity);
       } else {
-        const Vec3 &from = bites.at[i], &to = bites.at[i + 1], middle = 0.5 * (from + to) + span.over_middle;
-        span.low.lay(std::array{from, Vec3(from + span.over_low), middle});
-        span.high.lay(std::array{to, Vec3(to + span.over_high), middle});
+        const bool is_inside = body_->sutures[k].bites.empty() && i % 2 == 0 && !low.law.last_tied;  // where the needle went
+        const double over = is_inside ? 0 : 1;
+        const Vec3 &from = bites.at[i], &to = bites.at[i + 1], middle = 0.5 * (from + to) + over * span.over_middle;
+        span.low.lay(std::array{from, Vec3(from + over * span.over_low), middle});
+        span.high.lay(std::array{to, Vec3(to + over * span.over_high), middle});
       }
     }
   }
@@ -112,7 +148,7 @@ void DrawnThreads::advance(const Dynamics& dynamics, const BodyState& state) {
 
 std::size_t DrawnThreads::Thread::points() const {
   std::size_t sum = first.points().size() + tail.points().size();
-  for (const Span& span : spans) sum += span.low.points().size() + span.high.points().size() - 2;
+  for (const Span& span : spans) sum += span.low.points().size() + span.high.points().size() - (&span == &spans.front() ? 2 : 1);
   return sum;
 }
 

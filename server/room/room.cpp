@@ -98,7 +98,7 @@ FrameResult Room::simulate(const FrameJob& job) {
   result.sutures = body.suture_news();
   result.stamp = job.target;
   result.asleep = body.asleep();
-  if (!state_->threads.empty()) state_->threads.advance(body.dynamics(), body.state());
+  if (!state_->threads.empty()) state_->threads.advance(body.dynamics(), body.state(), body.thread_on_needle());
   if (job.shapes) {
     const std::vector<double> x = body.skin().place(body.state().x);
     for (std::uint32_t i = 0; i < body.scene().body.vertices(); ++i) result.positions.emplace_back(vertex(x, i));

@@ -73,12 +73,12 @@ struct FrameJob {
   bool asks_for(ShapeChannel field) const { return (fields & bit_of(field)) != 0; }
 };
 
-/// Changes of threads in a frame: knots, cuts, tears.
+/// Changes of threads in a frame: stitches, knots, cuts, tears.
 struct SutureNews {
-  double torn_m = 0;                             ///< length that bites cut through the tissue
-  std::uint32_t torn_out = 0;                    ///< bites that left the body
-  std::vector<std::string> tied = {}, cut = {};  ///< names of sutures
-  bool any() const { return torn_m > 0 || !tied.empty() || !cut.empty(); }
+  double torn_m = 0;                                                 ///< length that bites cut through the tissue
+  std::uint32_t torn_out = 0;                                        ///< bites that left the body
+  std::vector<std::string> tied = {}, cut = {}, drawn_through = {};  ///< names of sutures
+  bool any() const { return torn_m > 0 || !tied.empty() || !cut.empty() || !drawn_through.empty(); }
 };
 
 struct StationFrame {

@@ -8,7 +8,9 @@
 // tears by a row at each: a fast tear that waits for the end of a frame would take too much work.
 //
 // A press of a button ties the thread in the hand at its last bite, and the hand takes the next one; the hand that holds none
-// cuts the span of a thread within kScissorsM of its tool.
+// cuts the span of a thread within kScissorsM of its tool. With a needle that has the threads a press draws one through once the
+// tip has come out of the body again, and then the hand holds its end; a press ties it if it is taut, and else takes the needle
+// for the next bites.
 //
 // A tool that leaps, along its path at ToolTrack::kFastestMs for 20 mm of the frame, as no hand does, is released for kOff before
 // it throws the body. If the tools cost more than hands do all the same (Stepper::advance() gives up), the frame begins again
@@ -48,6 +50,7 @@ class SteppedBody {
     bool costly = false;        ///< true: it fades because it cost too much
     std::uint32_t presses = 0;  ///< of its buttons, up to now
     std::uint8_t held = 0;      ///< number of it in the scene
+    bool pulls = false;         ///< true: of a needle, the hand has drawn its thread through and holds the end
   };
 
   /// `like`: a body of the same scene, whose state at rest, kind of stepper and softest mode are copied, not computed
@@ -88,6 +91,8 @@ class SteppedBody {
   const std::vector<StationId>& released() const { return released_; }
   /// Returns the changes of threads in the last step().
   const SutureNews& suture_news() const { return suture_news_; }
+  /// Returns the thread that the needle of the first hand has, unless a hand holds its end.
+  std::optional<ThreadOnNeedle> thread_on_needle() const;
 
   /// Ports have the station of their tool as their tool's number; a tool with a body has one for each of its spheres, a needle
   /// those of needle_ports.hpp.
@@ -128,6 +133,7 @@ class SteppedBody {
   void sync_ports(const FrameJob& job);
   bool holds_thread() const;
   std::optional<std::uint32_t> next_thread() const;
+  bool draw_through(StationId id);
   void let_threads_go();
   void reset();
   void leave_out_until(Micros begin);

@@ -46,7 +46,8 @@ void SteppedBody::sync_ports(const FrameJob& job) {
       if (offset.norm() > kGraspReachM) continue;
       tool.grasp = {time(), kGraspTime, offset};
     }
-    const std::optional<std::uint32_t> thread = tool.held == 0 ? next_thread() : std::nullopt;
+    const bool takes_thread = tool.held == 0 && (!scene_.tool.needle || tool.pulls);
+    const std::optional<std::uint32_t> thread = takes_thread ? next_thread() : std::nullopt;
     if (thread) {
       ports_.push_back(suture_port(body_, *thread, port));
       continue;
@@ -72,7 +73,32 @@ std::optional<std::uint32_t> SteppedBody::next_thread() const {
   return std::nullopt;
 }
 
-/// Ties and cuts threads where buttons were pressed.
+std::optional<ThreadOnNeedle> SteppedBody::thread_on_needle() const {
+  if (!scene_.tool.needle || holds_thread()) return std::nullopt;
+  const auto which = dynamics_->sutures().on_needle(body_, scene_.tool.holds);
+  const auto hand = std::ranges::find_if(tools_, [](const auto& of) { return of.second.held == 0 && !of.second.track.empty(); });
+  if (!which || hand == tools_.end()) return std::nullopt;
+  const ToolAt at = tool_at(hand->second, {}, time());
+  return ThreadOnNeedle{*which, at.position + scene_.tool.needle->length_m * at.axis};
+}
+
+/// Draws the thread of a needle through whose tip has come out of the body; the hand then takes its end. Returns false otherwise.
+bool SteppedBody::draw_through(StationId id) {
+  const auto on_needle = thread_on_needle();
+  const auto tip = std::ranges::find_if(ports_, [&](const ToolPort& port) {
+    return port.tool == id && port.needle.part == NeedlePart::tip && port.needle.tip.inside;
+  });
+  if (!on_needle || tip == ports_.end()) return false;
+  const std::optional<double> exit_m = tip->needle.path->exit_m();
+  if (!exit_m || tip->needle.tip.depth_m < *exit_m) return false;
+  if (!dynamics_->sutures().draw_through(body_, on_needle->which, *tip->needle.path)) return false;
+  suture_news_.drawn_through.push_back(scene_.body.sutures[body_.sutures->threads[on_needle->which].suture].name);
+  release_tool(id, ReleaseFade::kFadeTime);
+  tools_.at(id).pulls = true;
+  return true;
+}
+
+/// Draws threads through, ties and cuts them where buttons were pressed.
 void SteppedBody::use_buttons(const FrameJob& job) {
   if (scene_.body.sutures.empty()) return;
   for (const StationJob& j : job.stations) {
@@ -82,9 +108,13 @@ void SteppedBody::use_buttons(const FrameJob& job) {
     const auto held = std::ranges::find_if(ports_, [&](const ToolPort& p) { return p.tool == j.id && p.suture; });
     if (held != ports_.end()) {
       const std::uint32_t which = *held->suture;
-      suture_news_.tied.push_back(names(body_.sutures->threads[which]));
+      const bool is_slack = dynamics_->sutures().pull_to_hand(body_, which).isZero(0);
       release_tool(j.id, ReleaseFade::kFadeTime);
+      if (scene_.tool.needle && is_slack) continue;
+      suture_news_.tied.push_back(names(body_.sutures->threads[which]));
       dynamics_->sutures().tie(body_, which);
+    } else if (scene_.tool_of(tool->second.held).needle) {
+      if (!draw_through(j.id)) continue;
     } else if (!tool->second.track.empty() &&
                dynamics_->sutures().cut(body_, tool->second.track.at(time()).position, kScissorsM)) {
       suture_news_.cut.push_back(names(body_.sutures->threads.back()));
@@ -180,6 +210,7 @@ void SteppedBody::release_tool(StationId id, Micros off) {
       felt += wrench_of(port, at, port.body ? normal_at(skin_.view(), surface, port.point) : Vec3(Vec3::Zero()));
     }
     tool->second.fade = ReleaseFade(time(), felt, off);
+    tool->second.pulls = false;
   }
   std::erase_if(ports_, [&](const ToolPort& port) { return port.tool == id; });
 }

@@ -107,13 +107,17 @@ struct SutureBite {
   std::uint32_t number = 0;  ///< of the bites that its thread began with
 };
 
-/// A thread through the body (server/body/sutures.hpp).
+/// A thread through the body (server/body/sutures.hpp), or on a needle, which has yet to draw it through.
 struct Suture {
   std::string name;
   double radius_m = 0;
   SutureLaw law;
-  std::vector<SutureBite> bites;
-  OfSpans length_m{};  ///< of its spans and tails before anything moves
+  std::vector<SutureBite> bites;  ///< none: it is on a needle
+  OfSpans length_m{};             ///< of its spans and tails before anything moves; on a needle the first is all of it
+  double first_tail_m = 0;        ///< on a needle: what is left before its first bite
+  double slack_m = 0;             ///< on a needle: of each span beyond the distance of its bites
+  /// Returns the number of bites that it may have.
+  std::size_t most_bites() const { return bites.empty() ? std::size_t{kMaxBites} : bites.size(); }
 };
 
 /// One of several bodies in a LumpedBody, which may touch the others (server/body/body_contacts.hpp): a solid with its own
@@ -206,7 +210,8 @@ struct ToolSpec {
   double radius_m = 0;                    ///< touch: contact radius of the tip (skin.hpp), 0 = a point
   ToolShape shape = {};                   ///< touch: body of the tool; empty: a point
   std::optional<NeedleSpec> needle = {};  ///< touch: of a point that is the tip of a needle, or a blade's
-  std::vector<std::uint32_t> holds = {};  ///< sutures whose ends the first hand holds in turn: its tool does not touch
+  std::vector<std::uint32_t> holds = {};  ///< sutures whose ends the first hand holds in turn: its tool does not touch; of a
+                                          ///< needle those that are on it in turn
   std::string name = {};                  ///< by which hands ask for it; empty: it has none
   /// Returns true if it matters how the tool is held.
   bool has_body() const { return !shape.empty() || needle.has_value(); }

@@ -122,6 +122,7 @@ void read_sutures(const SceneText& text, SceneSettings& out) {
   const std::string list = "body.sutures", holds = "tool.holds";
   const schema::SceneT& in = text.values();
   const auto& sutures = in.body->sutures;
+  const std::vector<std::string> named = in.tool ? in.tool->holds : std::vector<std::string>();
   if (sutures.size() > kMostSutures)
     text.refuse(list, fmt::format("{} has {} sutures", list, sutures.size()), fmt::format("at most {}", kMostSutures));
   if (!sutures.empty() && !out.mesh && !out.lattice.solid)
@@ -129,7 +130,8 @@ void read_sutures(const SceneText& text, SceneSettings& out) {
   if (!sutures.empty() && out.is_loaded)
     text.refuse(list, list + " is given with a body.reference_configuration of \"loaded\"", "\"stress-free\"");
   if (!sutures.empty() && out.tears) text.refuse(list, list + " is given with body.tears", "one of them");
-  if (!sutures.empty() && out.tool.needle) text.refuse(list, list + " is given with a needle or a blade", "another tool");
+  if (!sutures.empty() && out.tool.needle && out.tool.needle->is_blade)
+    text.refuse(list, list + " is given with a blade", "another tool");
   for (std::size_t i = 0; i < sutures.size(); ++i) {
     const schema::SutureT& from = *sutures[i];
     const std::string path = at(list, i);
@@ -139,9 +141,11 @@ void read_sutures(const SceneText& text, SceneSettings& out) {
     for (const SutureSettings& other : out.sutures)
       if (other.name == from.name)
         text.refuse(path + ".name", path + ".name is \"" + from.name + "\", as that of a suture before", "a name of its own");
-    if (from.bites.size() < 2 || from.bites.size() > kMaxBites)
+    const bool on_needle = out.tool.needle && std::ranges::count(named, from.name) > 0;
+    const std::size_t fewest = on_needle ? 0 : 2, most = on_needle ? 0 : std::size_t{kMaxBites};
+    if (from.bites.size() < fewest || from.bites.size() > most)
       text.refuse(path + ".bites", fmt::format("{}.bites has {} places", path, from.bites.size()),
-                  fmt::format("2 to {}", kMaxBites));
+                  on_needle ? "none, as the thread is on a needle" : fmt::format("2 to {}", kMaxBites));
     suture.bites_m = places(text, path + ".bites", from.bites);
     text.in_range(path + ".radius_m", from.radius_m, 1e-5, 0.01, "m");
     text.in_range(path + ".slack_m", from.slack_m, 0, kMaxThreadM, "m");
@@ -168,8 +172,8 @@ void read_sutures(const SceneText& text, SceneSettings& out) {
                 "one layer, with its toughness, or none");
   if (!text.has(holds)) return;
   if (out.tool.contact == ContactKind::attach) text.refuse(holds, holds + " is given for a grasp", "a tool.contact of \"touch\"");
-  for (std::size_t i = 0; i < in.tool->holds.size(); ++i) {
-    const std::string& name = in.tool->holds[i];
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    const std::string& name = named[i];
     const std::string path = at(holds, i);
     const auto held = std::ranges::find_if(out.sutures, [&](const SutureSettings& suture) { return suture.name == name; });
     if (held == out.sutures.end()) text.refuse(path, "the name of one of body.sutures");

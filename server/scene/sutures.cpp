@@ -162,6 +162,15 @@ std::optional<SutureBite> moved(const LumpedBody& body, std::span<const double> 
   return body.hexahedra.empty() ? moved_in(body, body.tetrahedra, x, bite, way) : moved_in(body, body.hexahedra, x, bite, way);
 }
 
+std::optional<SutureBite> bite_at(const LumpedBody& body, const Vec3& x) {
+  SutureBite bite = body.hexahedra.empty() ? bite_in(body, body.tetrahedra, x) : bite_in(body, body.hexahedra, x);
+  return bite.at.empty() ? std::nullopt : std::optional(std::move(bite));
+}
+
+bool can_move(const LumpedBody& body, const SutureBite& bite) {
+  return std::ranges::any_of(bite.at, [&](const auto& at) { return body.fixed[at.first] == 0; });
+}
+
 std::optional<SutureBite> bite_at(const LumpedBody& body, std::uint32_t cell, const Vec3& x) {
   const auto in = [&](const auto& cells) -> std::optional<SutureBite> {
     if (cell >= cells.size()) return std::nullopt;
@@ -174,7 +183,7 @@ std::optional<SutureBite> bite_at(const LumpedBody& body, std::uint32_t cell, co
 void add_sutures(LumpedBody& body, const std::vector<SutureSettings>& sutures, const SceneText& text) {
   for (std::size_t s = 0; s < sutures.size(); ++s) {
     const SutureSettings& in = sutures[s];
-    Suture suture{in.name, in.radius_m, {}, {}, {}};
+    Suture suture{in.name, in.radius_m, {}, {}, {}, in.first_tail_m, in.slack_m};
     const double tear_n = body.tissue.empty() ? 0 : body.tissue.front().toughness_j_m2 * 2 * in.radius_m;
     suture.law = {static_cast<int>(in.bites_m.size()),
                   in.stiffness_n_m,
@@ -186,15 +195,19 @@ void add_sutures(LumpedBody& body, const std::vector<SutureSettings>& sutures, c
                   tear_n};
     for (std::size_t j = 0; j < in.bites_m.size(); ++j) {
       const Vec3& x = in.bites_m[j];
-      SutureBite bite = body.hexahedra.empty() ? bite_in(body, body.tetrahedra, x) : bite_in(body, body.hexahedra, x);
+      std::optional<SutureBite> bite = bite_at(body, x);
       const std::string path = fmt::format("body.sutures[{}].bites[{}].at_m", s, j);
-      if (bite.at.empty())
+      if (!bite)
         text.refuse(path, fmt::format("{} = [{:.4g}, {:.4g}, {:.4g}] is outside the body", path, x.x(), x.y(), x.z()),
                     "a point in a cell of it");
-      if (std::ranges::all_of(bite.at, [&](const auto& at) { return body.fixed[at.first] != 0; }))
-        text.refuse(path, path + " is where the body is fixed", "a point that can move");
-      bite.number = static_cast<std::uint32_t>(j);
-      suture.bites.push_back(std::move(bite));
+      if (!can_move(body, *bite)) text.refuse(path, path + " is where the body is fixed", "a point that can move");
+      bite->number = static_cast<std::uint32_t>(j);
+      suture.bites.push_back(std::move(*bite));
+    }
+    if (in.bites_m.empty()) {
+      suture.length_m[0] = in.first_tail_m + in.tail_m;
+      body.sutures.push_back(std::move(suture));
+      continue;
     }
     suture.length_m[0] = in.first_tail_m;
     for (std::size_t i = 1; i < in.bites_m.size(); ++i)

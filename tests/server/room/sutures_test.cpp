@@ -18,7 +18,7 @@ Scene wound(const char* name = "wound") {
   return load_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/cuts" / (std::string(name) + ".json"));
 }
 
-constexpr Micros kFrame{50'000};
+constexpr Micros kSewingFrame{50'000};
 constexpr double kBesideM = 0.01;  // from the wound to each bite
 
 /// A hand that goes along a line, in a room.
@@ -35,15 +35,15 @@ class Sewing {
     station.id = id_;
     station.presses = presses_;
     station.horizon = Micros{100'000};
-    for (Micros t = now_ + Micros{1000}; t <= now_ + kFrame; t += Micros{1000}) {
-      const double part = static_cast<double>((t - now_).count()) / static_cast<double>(kFrame.count());
+    for (Micros t = now_ + Micros{1000}; t <= now_ + kSewingFrame; t += Micros{1000}) {
+      const double part = static_cast<double>((t - now_).count()) / static_cast<double>(kSewingFrame.count());
       station.samples.push_back({t, at_ + part * (to - at_)});
     }
     at_ = to;
     FrameJob job;
     job.begin = now_;
-    job.target = now_ += kFrame;
-    job.frame = kFrame;
+    job.target = now_ += kSewingFrame;
+    job.frame = kSewingFrame;
     job.stations = {station};
     job.shapes = job.state = true;
     return room_.run(job);
@@ -247,10 +247,10 @@ TEST_CASE("A bite between the walls of a cut is on the lip on whose side it is")
 }
 
 TEST_CASE("Threads that a scene cannot have are refused, with what and where") {
-  const auto refusal = [](const std::string& sutures, const std::string& more = "") -> std::string {
+  const auto refusal = [](const std::string& sutures, const std::string& more = "", const std::string& body = "") -> std::string {
     const std::string scene = R"({"body": {"lattice": {"nodes": [5, 5, 4], "size_m": [0.08, 0.08, 0.06], "fixed_faces": ["z-"],
       "solid": {"young_pa": 10000}}, "sutures": [)" +
-                              sutures + R"(]}, "tool": {"contact": "touch")" + more + "}}";
+                              sutures + "]" + body + R"(}, "tool": {"contact": "touch")" + more + "}}";
     try {
       read_scene(scene, "scene");
     } catch (const InputError& error) {
@@ -273,4 +273,15 @@ TEST_CASE("Threads that a scene cannot have are refused, with what and where") {
   CHECK(refusal(R"({"name": "a", )" + two + "}", R"(, "holds": ["b"])").find("tool.holds") != std::string::npos);
   CHECK(refusal(R"({"name": "a", "tied": "both", )" + two + "}", R"(, "holds": ["a"])").find("tied at its last bite") !=
         std::string::npos);
+  // Threads on a needle have no bites yet, and others of its scene have.
+  const std::string tissue = R"(, "tissue": [{"toughness_j_m2": 100}])", held = R"(, "holds": ["a"])";
+  const std::string needle = R"(, "needle": {"length_m": 0.04, "diameter_m": 0.001})";
+  const std::string blade = R"(, "blade": {"length_m": 0.04, "width_m": 0.01})";
+  CHECK(refusal(R"({"name": "a"})", needle + held, tissue) == "");
+  CHECK(refusal(R"({"name": "a"}, {"name": "b", )" + two + "}", needle + held, tissue) == "");
+  CHECK(refusal(R"({"name": "a"})", held).find("2 to 8") != std::string::npos);
+  CHECK(refusal(R"({"name": "a"})", needle, tissue).find("2 to 8") != std::string::npos);
+  CHECK(refusal(R"({"name": "a", )" + two + "}", needle + held, tissue).find("on a needle") != std::string::npos);
+  CHECK(refusal(R"({"name": "a", "tied": "last"})", needle + held, tissue).find("tied at its last bite") != std::string::npos);
+  CHECK(refusal(R"({"name": "a", )" + two + "}", blade, tissue).find("blade") != std::string::npos);
 }
