@@ -13,14 +13,25 @@ double hat_integral(double x) noexcept {
   return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
 }
 
-}  // namespace
+struct ShaftShare {
+  double length_m = 0, friction_n = 0;  ///< sums of m_j and of F_s m_j
+};
 
-double NeedleLayers::friction_n_m(double depth_m) const {
-  double friction = 0;
-  for (const NeedleLayer& layer : all())
-    if (layer.begins_m <= depth_m) friction = layer.friction_n_m;
-  return friction;
+ShaftShare shaft_share(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept {
+  const double spacing = layers.spacing_m();
+  const std::span<const NeedleLayer> all = layers.all();
+  ShaftShare share;
+  for (std::size_t k = 0; k < all.size() && all[k].begins_m < tip.depth_m; ++k) {
+    if (all[k].is_outside()) continue;
+    const double end = k + 1 < all.size() ? std::min(tip.depth_m, all[k + 1].begins_m) : tip.depth_m;
+    const double length_m = spacing * (hat_integral(end / spacing - j) - hat_integral(all[k].begins_m / spacing - j));
+    share.length_m += length_m;
+    share.friction_n += all[k].friction_n_m * length_m;
+  }
+  return share;
 }
+
+}  // namespace
 
 PathClosure close_on_path(const Vec3& gap, const Mat3& compliance, const Vec3& t, const PathContact& contact) noexcept {
   const Mat3 along = t * t.transpose(), across = Mat3::Identity() - along;
@@ -40,7 +51,7 @@ PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double
   PathContact contact{contact_stiffness_n_m, contact_stiffness_n_m, 0, 0};
   const std::span<const NeedleLayer> all = layers.all();
   const auto layer = static_cast<std::size_t>(tip.layer);
-  if (all[layer].puncture_n == 0 && all[layer].cutting_n == 0) contact.across_n_m = 0;  // behind the body
+  if (all[layer].is_outside()) contact.across_n_m = 0;
   if (tip.depth_m < tip.front_m) return contact;
   if (tip.depth_m >= layers.length_m)
     contact.most_n = kHubN;
@@ -67,16 +78,13 @@ void move_tip(const NeedleLayers& layers, NeedleTip& tip, double slip_m) noexcep
 }
 
 double shaft_share_m(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept {
-  const double spacing = layers.spacing_m();
-  double end = tip.depth_m;
-  const NeedleLayer& last = layers.all().back();
-  if (last.puncture_n == 0 && last.cutting_n == 0) end = std::min(end, last.begins_m);
-  return spacing * (hat_integral(end / spacing - j) - hat_integral(-j));
+  return shaft_share(layers, tip, j).length_m;
 }
 
-PathContact shaft_contact(const NeedleLayers& layers, int j, double share_m, double contact_stiffness_n_m) noexcept {
-  const double most = layers.friction_n_m(j * layers.spacing_m()) * share_m;
-  return {contact_stiffness_n_m * share_m / layers.spacing_m(), most / kNeedleStickM, -most, most};
+PathContact shaft_contact(const NeedleLayers& layers, const NeedleTip& tip, int j, double contact_stiffness_n_m) noexcept {
+  const ShaftShare share = shaft_share(layers, tip, j);
+  const double most = share.friction_n;
+  return {contact_stiffness_n_m * share.length_m / layers.spacing_m(), most / kNeedleStickM, -most, most};
 }
 
 PathPlace place_on_path(const NeedleLayers& layers, double depth_m) noexcept {

@@ -7,12 +7,12 @@
 //
 //     tip     at x(s) with f along t = tau / |tau|: 0 <= f . t <= L,   L = 0 where s < c (the tip lies in its own cut),
 //             L = J w at the front (cutting_n),   L = F_p at a layer that is not open yet
-//     shaft   at x_j with f_a along a: |f_a| <= F_s m_j,   m_j the length of shaft that x_j stands for, integral of its hat
-//             function over 0 ... s;  a point of the shaft, a u_j from the tip, sticks to x_j until then
+//     shaft   at x_j with f_a along a: |f_a| <= sum F_s m_j,   m_j the length of shaft in a layer that x_j stands for, integral
+//             of its hat function over the layer up to s;  a point of the shaft, a u_j from the tip, sticks to x_j until then
 //
-// Across their axes both are springs: k_c at the tip, k_c m_j / spacing at x_j; along it k_c at the tip and F_s m_j / kStick at
-// x_j. Each contact is a return map, as Coulomb friction is: with the gap g from the material point to the tool without this
-// contact's force, C the compliance of the body there, K = k_across (1 - t t^T) + k_along t t^T,
+// Across their axes both are springs: k_c at the tip, k_c m_j / spacing at x_j, m_j of all layers of the body; along it k_c at
+// the tip and sum F_s m_j / kStick at x_j. Each contact is a return map, as Coulomb friction is: with the gap g from the material
+// point to the tool without this contact's force, C the compliance of the body there, K = k_across (1 - t t^T) + k_along t t^T,
 //
 //     lambda = K (g - C lambda)   if its part along t is within [least, most];   else that part is the bound nearest to it,
 //     and the contact slips along t by   t . (g - C lambda) - bound / k_along   (k_along = 0: the whole of it)
@@ -36,16 +36,17 @@
 namespace palpate {
 
 inline constexpr int kNeedlePoints = 5;     ///< of a path; more: fewer modes in a datagram
-inline constexpr int kMaxNeedleLayers = 4;  ///< along a path, with what lies behind the body
+inline constexpr int kMaxNeedleLayers = 8;  ///< along a path, with gaps in the body and what lies behind it
 inline constexpr double kMinNeedleLengthM = 0.005, kMaxNeedleLengthM = 0.3;
 inline constexpr double kNeedleStickM = 0.0005;  ///< kStick: a shaft sticks for this way; Dahl's presliding, of tissue's surface
 
-/// A layer of the body along a path. All zero beyond the body.
+/// A layer of the body along a path. All zero in a gap of the body, and behind it.
 struct NeedleLayer {
   double begins_m = 0;      ///< depth at which the path enters it
   double puncture_n = 0;    ///< F_p: push with which a tip enters it
   double cutting_n = 0;     ///< J w
   double friction_n_m = 0;  ///< F_s
+  bool is_outside() const { return puncture_n == 0 && cutting_n == 0; }
 };
 
 /// Layers of a path, in order; the first begins at 0.
@@ -55,8 +56,6 @@ struct NeedleLayers {
   std::array<NeedleLayer, kMaxNeedleLayers> of;
   std::span<const NeedleLayer> all() const { return std::span(of).first(static_cast<std::size_t>(count)); }
   double spacing_m() const { return length_m / (kNeedlePoints - 1); }
-  /// Returns F_s at a depth.
-  double friction_n_m(double depth_m) const;
 };
 
 /// Place of a needle's tip on its path.
@@ -84,10 +83,10 @@ PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double
 /// slip opens the layer and the tip stays. Out of the body it is no longer inside.
 void move_tip(const NeedleLayers& layers, NeedleTip& tip, double slip_m) noexcept;
 
-/// Returns m_j.
+/// Returns m_j of all layers of the body.
 double shaft_share_m(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept;
 /// Returns the contact of the shaft at x_j; m_j > 0.
-PathContact shaft_contact(const NeedleLayers& layers, int j, double share_m, double contact_stiffness_n_m) noexcept;
+PathContact shaft_contact(const NeedleLayers& layers, const NeedleTip& tip, int j, double contact_stiffness_n_m) noexcept;
 
 /// Returns j and the share of the way from l_j to l_(j+1), j + 1 < kNeedlePoints; beyond the last point more than 1.
 struct PathPlace {

@@ -151,6 +151,15 @@ Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcep
   return n.norm() > 0 ? Vec3(n.normalized()) : Vec3::UnitZ();
 }
 
+std::optional<double> way_out(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, const Vec3& r) noexcept {
+  const Vec3 way = b - a, to_q = q - p, to_r = r - p, normal = way.cross(to_r);
+  const double volume = to_q.dot(normal);
+  if (!(volume < 0)) return std::nullopt;
+  const Vec3 from = a - p, other = from.cross(to_q);
+  const double u = from.dot(normal) / volume, v = way.dot(other) / volume, t = to_r.dot(other) / volume;
+  return u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t <= 1 ? std::optional(t) : std::nullopt;
+}
+
 double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noexcept {
   double sum = 0;
   for (const Triangle& t : s.triangles) {

@@ -123,7 +123,7 @@ void NeedleContacts::close_shaft(int j, const ModeVector& q, const ToolPose& too
   if (!reached) return;
   gap += point.bond_m * axis;
   const PathClosure closure =
-      close_on_path(gap, contact.push.compliance, axis, shaft_contact(needle_.layers, j, share_m, contact_stiffness_n_m_));
+      close_on_path(gap, contact.push.compliance, axis, shaft_contact(needle_.layers, needle_.tip, j, contact_stiffness_n_m_));
   contact.push.lambda = closure.lambda;
   contact.arm = point.bond_m * axis;
   point.bond_m -= closure.slip_m;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "server/scene/grid.hpp"
 
@@ -13,6 +14,7 @@ constexpr double kLeastSpacings = 2;       // of R; less: too few nodes around a
 constexpr double kRegular = 1e-6;          // of A, relative
 constexpr int kMotions = 8, kLengths = 4;  // fixed-point iterations; measured: positions then agree to 1 um
 constexpr int kBisections = 20;            // of a layer's begin: to a millionth of the length
+constexpr double kLeastStretchM = 1e-5;    // in the body, or between: walls of a closed cut are less apart
 
 /// Returns the place at a depth in the body at rest, of a path of these points.
 Vec3 rest_at(const NeedleLayers& layers, const std::array<Vec3, kNeedlePoints>& rest, double depth_m) {
@@ -25,10 +27,20 @@ Vec3 rest_at(const NeedleLayers& layers, const std::array<Vec3, kNeedlePoints>& 
 
 Vec3 NeedlePath::rest_at(double depth_m) const { return palpate::rest_at(layers, rest, depth_m); }
 
-std::optional<double> NeedlePath::exit_m() const {
-  constexpr int kWithExit = 2;
-  if (layers.count < kWithExit) return std::nullopt;
-  return layers.of[kWithExit - 1].begins_m;
+std::vector<NeedlePath::Stretch> NeedlePath::passed(double depth_m) const {
+  std::vector<Stretch> stretches;
+  bool is_inside = false;
+  for (const NeedleLayer& layer : layers.all()) {
+    if (layer.begins_m > depth_m) break;
+    if (layer.is_outside() == !is_inside) continue;
+    is_inside = !is_inside;
+    if (is_inside)
+      stretches.push_back({layer.begins_m, depth_m});
+    else
+      stretches.back().ends_m = layer.begins_m;
+  }
+  if (is_inside) stretches.clear();
+  return stretches;
 }
 
 Vec3 NeedlePath::position(double depth_m, const Vector& x, Vec3& tau) const {
@@ -159,39 +171,67 @@ CutSettings NeedlePath::cut(double depth_m) const {
 
 double NeedleTissue::depth_of(const Vec3& rest) const { return -skin_->nearest(0, skin_->rest(), rest).height_m; }
 
+/// Returns the depths at which a path goes through the surface of the body at rest, ascending.
+std::vector<double> NeedleTissue::crossings(const std::array<Vec3, kNeedlePoints>& rest) const {
+  const Positions x = skin_->rest();
+  std::vector<double> depths;
+  for (std::size_t j = 0; j + 1 < rest.size(); ++j)
+    for (const Triangle& t : body_->triangles) {
+      const Vec3 p = vertex(x, t[0]), q = vertex(x, t[1]), r = vertex(x, t[2]);
+      for (const std::optional<double>& share : {way_out(rest[j], rest[j + 1], p, q, r), way_out(rest[j], rest[j + 1], p, r, q)})
+        if (share) depths.push_back((static_cast<double>(j) + *share) * needle_.length_m / (kNeedlePoints - 1));
+    }
+  std::ranges::sort(depths);
+  return depths;
+}
+
 NeedleLayers NeedleTissue::layers_along(const std::array<Vec3, kNeedlePoints>& rest) const {
   NeedleLayers layers;
   layers.length_m = needle_.length_m;
   const auto add = [&](double begins_m, const TissueLayer& tissue) {
+    if (layers.count == kMaxNeedleLayers) return;
     layers.of[static_cast<std::size_t>(layers.count++)] = {begins_m, tissue.puncture_n, tissue.toughness_j_m2 * needle_.width_m,
                                                            tissue.friction_n_m};
   };
-  // The first depth, of those between the points, at which `passed` is true; none: -1.
-  const auto first = [&](double from_m, const auto& passed) {
+  // The first depth between two, of those between the points, below `thickness_m` of the body; none: -1.
+  const auto first_below = [&](double thickness_m, double from_m, double to_m) {
+    const auto is_below = [&](double depth_m) { return depth_of(rest_at(layers, rest, depth_m)) > thickness_m; };
     double low = from_m, high = -1;
     for (int j = 1; j < kNeedlePoints && high < 0; ++j) {
       const double depth_m = j * layers.spacing_m();
-      if (depth_m <= from_m) continue;
-      if (passed(rest_at(layers, rest, depth_m)))
-        high = depth_m;
-      else
-        low = depth_m;
+      if (depth_m <= from_m || depth_m > to_m) continue;
+      (is_below(depth_m) ? high : low) = depth_m;
     }
-    for (int k = 0; k < kBisections && high > 0; ++k)
-      (passed(rest_at(layers, rest, 0.5 * (low + high))) ? high : low) = 0.5 * (low + high);
+    for (int k = 0; k < kBisections && high > 0; ++k) (is_below(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
     return high;
   };
+  const auto add_deeper = [&](double from_m, double to_m) {
+    double thickness_m = 0;
+    for (std::size_t k = 0; k + 1 < body_->tissue.size(); ++k) {
+      thickness_m += body_->tissue[k].thickness_m;
+      from_m = first_below(thickness_m, from_m, to_m);
+      if (from_m < 0) return;
+      add(from_m, body_->tissue[k + 1]);
+    }
+  };
   add(0, body_->tissue.front());
-  const double exit_m = first(0, [&](const Vec3& at) { return !skin_->holds(at); });
-  double thickness_m = 0;
-  for (std::size_t k = 0; k + 1 < body_->tissue.size(); ++k) {
-    thickness_m += body_->tissue[k].thickness_m;
-    const double begins_m = first(layers.of[static_cast<std::size_t>(layers.count) - 1].begins_m,
-                                  [&](const Vec3& at) { return depth_of(at) > thickness_m; });
-    if (begins_m < 0 || (exit_m > 0 && begins_m >= exit_m)) break;
-    add(begins_m, body_->tissue[k + 1]);
+  std::vector<double> borders = crossings(rest);
+  borders.push_back(layers.length_m);
+  bool is_inside = true;
+  double since_m = 0, before_m = 0;
+  for (const double border_m : borders) {
+    const double from_m = std::exchange(before_m, border_m);
+    if (border_m - from_m < kLeastStretchM) continue;
+    if (skin_->holds(rest_at(layers, rest, 0.5 * (from_m + border_m))) == is_inside) continue;
+    is_inside = !is_inside;
+    if (is_inside)
+      add(since_m = from_m, body_->tissue.front());
+    else {
+      add_deeper(since_m, from_m);
+      add(from_m, {});
+    }
   }
-  if (exit_m > 0) add(exit_m, {});
+  if (is_inside) add_deeper(since_m, layers.length_m);
   return layers;
 }
 

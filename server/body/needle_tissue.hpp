@@ -7,7 +7,8 @@
 // point of the skin that was punctured (skin.hpp).
 //
 // A path is straight where it is begun: x(X_j) = x_0 + d_j t, with |X_(j+1) - X_j| = spacing. Layers are given by their thickness
-// at rest; the path enters one where its distance from the surface first passes the sum of those above.
+// at rest; the path enters one where its distance from the surface first passes the sum of those above. Between the stretches of
+// a path in the body at rest are gaps: an open wound, a fold. A cut that is closed at rest is none.
 //
 // Shapes and units: X, x 3 [m], w 1, t of length 1; R [m], of the tool's contact, at least kLeastSpacings mean lengths of an
 // element. What can go wrong: where the nodes around X lie in a plane, A is made regular, and rotations out of it move X less.
@@ -16,7 +17,6 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,8 +41,12 @@ struct NeedlePath {
   Vec3 position(double depth_m, const Vector& x, Vec3& tau) const;
   /// Returns the place at a depth in the body at rest.
   Vec3 rest_at(double depth_m) const;
-  /// Returns the depth at which the path leaves the body of one layer; none if it ends within.
-  std::optional<double> exit_m() const;
+  /// A part of the path in the body, from where it enters to where it comes out.
+  struct Stretch {
+    double begins_m = 0, ends_m = 0;  ///< depths
+  };
+  /// Returns those that a needle has passed whose tip is outside again at a depth; none if it is inside.
+  std::vector<Stretch> passed(double depth_m) const;
   /// Returns the weights at a depth; beyond the last point those of that one.
   NodeWeights weights(double depth_m) const;
   /// Returns the cut that a blade has made with its front at a depth > 0.
@@ -70,6 +74,7 @@ class NeedleTissue {
 
  private:
   Vec3 rest_of(const Vec3& target, Vec3 guess, const Vector& x) const;
+  std::vector<double> crossings(const std::array<Vec3, kNeedlePoints>& rest) const;
   NeedleLayers layers_along(const std::array<Vec3, kNeedlePoints>& rest) const;
   double depth_of(const Vec3& rest) const;
 

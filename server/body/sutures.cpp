@@ -49,7 +49,8 @@ void take_out(std::size_t j, SutureState::Thread& thread) {
   thread.bites = std::make_shared<const std::vector<SutureBite>>(std::move(bites));
 }
 
-/// Returns the bite next to one end of a path, at least a diameter of the thread below the surface; none if no cell has one.
+/// Returns the bite next to one end of a stretch of a path, at least a diameter of the thread below the surface; none if no cell
+/// has one.
 std::optional<SutureBite> bite_near(const LumpedBody& body, const NeedlePath& path, double end_m, double middle_m,
                                     double diameter_m) {
   const double way_m = middle_m - end_m, step_m = std::copysign(diameter_m, way_m);
@@ -276,10 +277,10 @@ std::optional<std::uint32_t> Sutures::on_needle(const BodyState& state, std::spa
   return std::nullopt;
 }
 
-bool Sutures::draw_through(BodyState& state, std::size_t which, const NeedlePath& path) const {
+bool Sutures::draw_through(BodyState& state, std::size_t which, const NeedlePath& path, double depth_m) const {
   constexpr double kShortestTailM = 0.01;
-  const std::optional<double> exit_m = path.exit_m();
-  if (!exit_m) return false;
+  const std::vector<NeedlePath::Stretch> passed = path.passed(depth_m);
+  if (passed.empty()) return false;
   SutureState next = *state.sutures;
   SutureState::Thread& thread = next.threads[which];
   const Suture& suture = body_->sutures[thread.suture];
@@ -288,12 +289,13 @@ bool Sutures::draw_through(BodyState& state, std::size_t which, const NeedlePath
     if (part.suture == thread.suture && !part.bites->empty()) number = std::max(number, part.bites->back().number + 1);
   std::vector<SutureBite> bites = *thread.bites;
   const std::size_t before = bites.size();
-  for (const double end_m : {0.0, *exit_m}) {
-    std::optional<SutureBite> bite = bite_near(*body_, path, end_m, 0.5 * *exit_m, 2 * suture.radius_m);
-    if (!bite || number >= suture.most_bites()) return false;
-    bite->number = number++;
-    bites.push_back(std::move(*bite));
-  }
+  for (const auto& [begins_m, ends_m] : passed)
+    for (const double end_m : {begins_m, ends_m}) {
+      std::optional<SutureBite> bite = bite_near(*body_, path, end_m, 0.5 * (begins_m + ends_m), 2 * suture.radius_m);
+      if (!bite || number >= suture.most_bites()) return false;
+      bite->number = number++;
+      bites.push_back(std::move(*bite));
+    }
   OfSpans& length_m = thread.length_m;
   double tail_m = length_m[before];
   if (before == 0) {

@@ -85,10 +85,10 @@ class Sutures {
   void hold(BodyState& state, std::size_t which, const std::optional<Vec3>& hand) const;
   /// Returns the thread that has the end of a suture of the body, if it can be pulled.
   std::optional<std::uint32_t> end_of(const BodyState& state, std::uint32_t suture) const;
-  /// Draws thread `which` through the tissue along the path of its needle: bites near both ends of it, the tail before the first
-  /// of all as long as the scene says. Returns false, and does nothing, if the path does not leave the body, or the thread has
-  /// not the bites or the length for it.
-  bool draw_through(BodyState& state, std::size_t which, const NeedlePath& path) const;
+  /// Draws thread `which` through the tissue along the path of its needle, whose tip is at a depth: bites near both ends of each
+  /// stretch that it passed, the tail before the first of all as long as the scene says. Returns false, and does nothing, if the
+  /// tip is in the body, or the thread has not the bites or the length for it.
+  bool draw_through(BodyState& state, std::size_t which, const NeedlePath& path, double depth_m) const;
   /// Returns the thread that is on a needle: of these sutures in turn the first whose end is neither tied nor cut off.
   std::optional<std::uint32_t> on_needle(const BodyState& state, std::span<const std::uint32_t> sutures) const;
   /// Ties a thread at its last bite, and lets its end go.

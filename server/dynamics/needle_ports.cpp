@@ -82,7 +82,7 @@ PathContact path_contact(const ToolPort& port) {
   const NeedleLayers& layers = needle.path->layers;
   const double stiffness_n_m = port.parameters.contact_stiffness_n_m;
   if (needle.part == NeedlePart::tip) return tip_contact(layers, needle.tip, stiffness_n_m);
-  return shaft_contact(layers, needle.point, shaft_share_m(layers, needle.tip, needle.point), stiffness_n_m);
+  return shaft_contact(layers, needle.tip, needle.point, stiffness_n_m);
 }
 
 void leave_body(std::vector<ToolPort>& ports, std::size_t k) {

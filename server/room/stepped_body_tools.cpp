@@ -89,9 +89,7 @@ bool SteppedBody::draw_through(StationId id) {
     return port.tool == id && port.needle.part == NeedlePart::tip && port.needle.tip.inside;
   });
   if (!on_needle || tip == ports_.end()) return false;
-  const std::optional<double> exit_m = tip->needle.path->exit_m();
-  if (!exit_m || tip->needle.tip.depth_m < *exit_m) return false;
-  if (!dynamics_->sutures().draw_through(body_, on_needle->which, *tip->needle.path)) return false;
+  if (!dynamics_->sutures().draw_through(body_, on_needle->which, *tip->needle.path, tip->needle.tip.depth_m)) return false;
   suture_news_.drawn_through.push_back(scene_.body.sutures[body_.sutures->threads[on_needle->which].suture].name);
   release_tool(id, ReleaseFade::kFadeTime);
   tools_.at(id).pulls = true;

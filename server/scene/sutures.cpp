@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/patch/surface.hpp"
 #include "server/scene/grid.hpp"
 #include "server/scene/scene_text.hpp"
 
@@ -94,21 +95,11 @@ SutureBite bite_in(const LumpedBody& body, const std::vector<Cell>& cells, const
   return best;
 }
 
-/// Returns true if the way from a to b goes out through the triangle p, q, r (Moeller and Trumbore).
-bool goes_out(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, const Vec3& r) {
-  const Vec3 way = b - a, to_q = q - p, to_r = r - p, normal = way.cross(to_r);
-  const double volume = to_q.dot(normal);
-  if (!(volume < 0)) return false;
-  const Vec3 from = a - p, other = from.cross(to_q);
-  const double u = from.dot(normal) / volume, v = way.dot(other) / volume, t = to_r.dot(other) / volume;
-  return u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t <= 1;
-}
-
 /// Returns true if the way crosses the surface of the body at rest, or the wall of a cut.
 bool leaves(const LumpedBody& body, const Vec3& from, const Vec3& to) {
   const std::vector<Vec3> rest = vertices_at_rest(body);
-  return std::ranges::any_of(body.triangles,
-                             [&](const Triangle& t) { return goes_out(from, to, rest[t[0]], rest[t[1]], rest[t[2]]); });
+  return std::ranges::any_of(
+      body.triangles, [&](const Triangle& t) { return way_out(from, to, rest[t[0]], rest[t[1]], rest[t[2]]).has_value(); });
 }
 
 template <class Cell>

@@ -51,7 +51,7 @@ struct FixedBody {
       reached[at] = share_m > 0;
       if (!reached[at]) continue;
       const Vec3 gap = (way_m - place_m) * t + bond[at] * axis;
-      const PathClosure closure = close_on_path(gap, Mat3::Zero(), axis, shaft_contact(layers, j, share_m, kStiffnessNM));
+      const PathClosure closure = close_on_path(gap, Mat3::Zero(), axis, shaft_contact(layers, tip, j, kStiffnessNM));
       bond[at] -= closure.slip_m;
       drag_n += closure.lambda.dot(t);
     }
@@ -69,6 +69,37 @@ TEST_CASE("The lengths of shaft that the points of a path stand for are together
     }
     CHECK(sum_m == Approx(depth_m).margin(1e-15));
   }
+}
+
+TEST_CASE(
+    "A needle that crosses a gap feels nothing there but its friction in tissue, punctures the far lip anew, and comes out of "
+    "it") {
+  NeedleLayers layers = one_layer();
+  layers.count = 4;
+  layers.of[1] = {0.01, 0, 0, 0};
+  layers.of[2] = {0.018, 0.6, kCutN, 2 * kFrictionNM};
+  layers.of[3] = {0.03, 0, 0, 0};
+  FixedBody body{layers};
+  double most_at_lip_n = 0;
+  for (double way_m = 0; way_m < 0.038; way_m += 1e-5) {
+    body.move_to(way_m);
+    const double depth_m = body.tip.depth_m, first_m = std::min(depth_m, 0.01),
+                 second_m = std::clamp(depth_m - 0.018, 0.0, 0.012);
+    CAPTURE(way_m, depth_m);
+    double held_m = 0, friction_n = 0;
+    for (int j = 0; j < kNeedlePoints; ++j) {
+      held_m += shaft_share_m(layers, body.tip, j);
+      friction_n += shaft_contact(layers, body.tip, j, kStiffnessNM).most_n;
+    }
+    CHECK(held_m == Approx(first_m + second_m).margin(1e-15));
+    CHECK(friction_n == Approx(kFrictionNM * first_m + 2 * kFrictionNM * second_m).margin(1e-15));
+    if (depth_m > 0.0102 && depth_m < 0.0178) CHECK(body.push_n == 0);
+    if (depth_m > 0.0182 && depth_m < 0.0298) CHECK(body.push_n == Approx(kCutN).margin(1e-12));
+    if (depth_m > 0.0302) CHECK(body.push_n == 0);
+    if (std::abs(depth_m - 0.018) < 1e-9) most_at_lip_n = std::max(most_at_lip_n, body.push_n);
+  }
+  CHECK(body.tip.layer == 3);
+  CHECK(most_at_lip_n == Approx(0.6).epsilon(0.02));
 }
 
 TEST_CASE("A tip that is inside but not pushed enough to cut stays inside, and leaves where it is pulled") {

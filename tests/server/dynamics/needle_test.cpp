@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "common/base/random.hpp"
 #include "server/body/settle.hpp"
 #include "server/dynamics/integrator.hpp"
 #include "server/dynamics/needle_ports.hpp"
@@ -191,4 +192,41 @@ TEST_CASE("A path is straight where it begins, with points at even distances of 
 }
 
 }  // namespace
+TEST_CASE("The layers of a path are in the body where it is, gap or not, for paths anyhow through an open wound") {
+  // Two slanted cuts, between which a wedge falls out.
+  const Scene scene =
+      read_scene(R"({"body": {"lattice": {"nodes": [11, 9, 6], "size_m": [0.06, 0.048, 0.03], "fixed_faces": ["z-"],
+      "solid": {"element": "hexahedron", "young_pa": 8000, "damping_s": 0.01}}, "tissue": [{"toughness_j_m2": 164, "puncture_n": 0.2}],
+      "cuts": [{"path": [{"at_m": [-0.01, 0.0147, 0.04]}, {"at_m": [0.07, 0.0147, 0.04]}], "direction": [0, 1, -3], "depth_m": 0.031},
+               {"path": [{"at_m": [-0.01, 0.0333, 0.04]}, {"at_m": [0.07, 0.0333, 0.04]}], "direction": [0, -1, -3], "depth_m": 0.031}]},
+      "tool": {"contact": "touch", "radius_m": 0.012, "needle": {"length_m": 0.06, "diameter_m": 0.001}}})",
+                 "wound");
+  const Skin skin(scene.body, scene.tool.radius_m);
+  const NeedleTissue tissue(scene, skin);
+  const Vector x = Dynamics(scene.body).rest_state().x;
+  Random random(11);
+  int gaps = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    const Vec3 from(random.uniform(0.01, 0.05), -0.01, random.uniform(0.004, 0.028)),
+        to(from.x(), 0.06, random.uniform(0.004, 0.028));
+    const NearestPoint entry = skin.nearest(0, skin.rest(), from);
+    const Vec3 way = (to - entry.position).normalized();
+    const auto path = tissue.path(entry.point, way, Vec3::Zero(), x);
+    const NeedleLayers& layers = path->layers;
+    for (int j = 1; j < kNeedlePoints; ++j)  // at rest the path is straight
+      REQUIRE((path->rest[static_cast<std::size_t>(j)] - entry.position - j * layers.spacing_m() * way).norm() < 1e-5);
+    int wrong = 0;
+    for (double depth_m = 1e-4; depth_m < layers.length_m; depth_m += 1e-4) {
+      bool is_inside = false;
+      for (const NeedleLayer& layer : layers.all())
+        if (layer.begins_m <= depth_m) is_inside = !layer.is_outside();
+      wrong += is_inside != skin.holds(path->rest_at(depth_m));
+    }
+    CAPTURE(trial, layers.count);
+    CHECK(wrong <= layers.count);  // samples next to a border
+    gaps += layers.count > 2;
+  }
+  CHECK(gaps > 20);
+}
+
 }  // namespace palpate
