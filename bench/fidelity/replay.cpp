@@ -134,7 +134,9 @@ void measure(ReplayResult& result, const ReferenceForce& reference, const std::v
     if (tick.patch_age >= Micros{}) ages_us.push_back(static_cast<double>(tick.patch_age.count()));
   }
   result.fidelity = fidelity_of(felt, reference.force, scored);
-  if (has_torque) result.torque = fidelity_of(felt_torque, reference.torque, scored);
+  constexpr double kLeastTorqueNm = 1e-6;  // a thousandth of what a device renders: less is rounding
+  if (std::ranges::any_of(reference.torque, [](const Vec3& torque) { return torque.norm() > kLeastTorqueNm; }))
+    result.torque = fidelity_of(felt_torque, reference.torque, scored);
   if (!reference_grip.empty()) result.grip = fidelity_of(felt_grip, reference_grip, scored);
   result.onset = onset_errors(contact, reference.contact);
   std::vector<HandOver> between;

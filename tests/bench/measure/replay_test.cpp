@@ -311,6 +311,17 @@ TEST_CASE("A patch knows where a hand gets that speeds up as it did, and what a 
   CHECK(run.fidelity.snr_db > 36);  // 30.5 dB if hands were assumed to keep their velocity
 }
 
+TEST_CASE("A needle that goes straight down the middle of a block has a force, and no torque but rounding, which is not scored") {
+  const Scene scene = read_scene(R"({"name": "block", "body": {"lattice": {"nodes": [5, 5, 4], "size_m": [0.04, 0.04, 0.03],
+    "solid": {"young_pa": 8000, "damping_s": 0.01}, "fixed_faces": ["z-"]}, "tissue": [{"toughness_j_m2": 100, "friction_n_m": 5}]},
+    "tool": {"contact": "touch", "radius_m": 0.02, "needle": {"length_m": 0.02, "diameter_m": 0.001}}})",
+                                 "block");
+  std::vector<MotionPoint> way{{0, Vec3(0.02, 0.02, 0.031)}, {0.7, Vec3(0.02, 0.02, 0.018)}};
+  const ReplayResult run = play(scene, Motion(way), replay_options_for(Scheme::port, 50));
+  CHECK(run.fidelity.contact_ticks > 300);
+  CHECK(run.torque.contact_ticks == 0);
+}
+
 TEST_CASE("A contact that rolls back over the edge of a block stays on the surface that its patch brought") {
   // Tetrahedra, as hexahedra have the softness of the material and give way below the tip there (decision 64).
   std::string block = drawn_scene(5, true).json;
