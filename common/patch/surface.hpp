@@ -72,10 +72,10 @@ Vec3 normal_at(const SurfaceView& s, Positions x, const SurfacePoint& p) noexcep
 /// For an open one the share of all directions in which its back is visible, minus that of its front: 1/2 next to it, 1/4 or less
 /// behind its rim, and 0 from afar. Solid angles of the triangles over 4 pi (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng.
 /// 30, 1983).
+double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noexcept;
 /// Returns the share of the way from a to b at which it goes out through the triangle p, q, r, none where it does not; for p, r,
 /// q it goes in (Moeller and Trumbore).
 std::optional<double> way_out(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, const Vec3& r) noexcept;
-double winding_number(const SurfaceView& s, Positions x, const Vec3& point) noexcept;
 
 struct NearestPoint {
   SurfacePoint point;

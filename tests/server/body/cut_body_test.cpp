@@ -1,6 +1,5 @@
 // The mechanics of a cut body: what its copies add up to, and what a cut lets part.
 #include <catch2/catch.hpp>
-#include <random>
 #include <string>
 
 #include "common/base/random.hpp"
@@ -132,12 +131,12 @@ TEST_CASE("A cut body at rest holds the points of the uncut one, also beside its
           "[cuts][skin]") {
   const Scene cut = read_scene(block("hexahedron", kSlanted), "block.json");
   const Skin skin(cut.body, 0.012);
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> share(-0.1, 1.1);
+  Random random(5);
   const Vec3 size(0.06, 0.04, 0.05);
   int ahead_of_a_wall = 0;
   for (int k = 0; k < 2000; ++k) {
-    const Vec3 at(share(random) * size.x(), share(random) * size.y(), share(random) * size.z());
+    const Vec3 at(random.uniform(-0.1, 1.1) * size.x(), random.uniform(-0.1, 1.1) * size.y(),
+                  random.uniform(-0.1, 1.1) * size.z());
     const bool inside = (at.array() > 1e-6).all() && (at.array() < size.array() - 1e-6).all();
     CHECK(skin.holds(at) == inside);
     ahead_of_a_wall += inside && skin.nearest(0, skin.rest(), at).height_m > 0;

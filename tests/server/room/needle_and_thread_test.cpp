@@ -1,72 +1,24 @@
 // A needle that draws its thread through both lips of a wound, in a room: bites, the hand's force, knots, further bites.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <map>
+#include <numbers>
+#include <utility>
 
-#include "common/base/error.hpp"
-#include "common/motion/motion.hpp"
 #include "common/player/player.hpp"
 #include "server/body/skin.hpp"
 #include "server/record/resume.hpp"
 #include "server/room/drawn_threads.hpp"
-#include "server/room/room.hpp"
+#include "tests/server/room/sewing_hand.hpp"
 
 using namespace palpate;
+using namespace palpate::test;
 
 namespace {
 
 const std::filesystem::path kCuts = std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/cuts";
-constexpr Micros kNeedleFrame{50'000};
-
-/// A hand that holds its needle along the y axis of the scene.
-class Seamstress {
- public:
-  explicit Seamstress(const Scene& scene) : room_(scene) { room_.start(Micros{}); }
-  void press() { ++presses_; }
-  void begin_at(const Vec3& at) { at_ = at; }
-  /// Runs a frame in which the hand goes to a place.
-  FrameResult frame(const Vec3& to) {
-    StationJob station;
-    station.id = 1;
-    station.presses = presses_;
-    station.horizon = Micros{100'000};
-    for (Micros t = now_ + Micros{1000}; t <= now_ + kNeedleFrame; t += Micros{1000}) {
-      const double part = static_cast<double>((t - now_).count()) / static_cast<double>(kNeedleFrame.count());
-      station.samples.push_back({t, at_ + part * (to - at_), kAlongY});
-    }
-    at_ = to;
-    FrameJob job;
-    job.begin = now_;
-    job.target = now_ += kNeedleFrame;
-    job.frame = kNeedleFrame;
-    job.stations = {station};
-    job.shapes = job.state = true;
-    job.reset = std::exchange(resets_, false);
-    return room_.run(job);
-  }
-  /// Runs frames up to a place at a speed [m/s], and some more there.
-  FrameResult go(const Vec3& to, double speed_m_s, int rest = 0) {
-    const Vec3 from = at_;
-    const int frames = static_cast<int>(std::ceil((to - from).norm() / (speed_m_s * seconds(kNeedleFrame))));
-    FrameResult last;
-    for (int k = 1; k <= frames; ++k) last = frame(from + static_cast<double>(k) / frames * (to - from));
-    for (int k = 0; k < rest; ++k) last = frame(to);
-    return last;
-  }
-  FrameResult press_here() {
-    press();
-    return frame(at_);
-  }
-  void reset() { resets_ = true; }
-
- private:
-  static const Rotation kAlongY;
-  Room room_;
-  Micros now_{};
-  Vec3 at_ = Vec3::Zero();
-  std::uint32_t presses_ = 0;
-  bool resets_ = false;
-};
-const Rotation Seamstress::kAlongY{Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX())};
+/// Of a hand that holds its needle along the y axis of the scene.
+const Rotation kAlongY{Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX())};
 
 const SutureState::Thread& thread_of(const FrameResult& frame, std::size_t which) {
   return frame.state->sutures->threads.at(which);
@@ -79,13 +31,13 @@ double length_m(const FrameResult& frame, std::size_t which) {
 }
 
 /// Drives the needle through the ridge at this x, from y < 0 to y > 0, without a press.
-FrameResult drive_through(Seamstress& hand, double x) {
+FrameResult drive_through(SewingHand& hand, double x) {
   hand.begin_at({x, -0.03, 0.032});
   return hand.go({x, 0.024, 0.032}, 0.02, 4);
 }
 
 /// Draws the thread through and takes its end.
-FrameResult take_thread(Seamstress& hand, double x) {
+FrameResult take_thread(SewingHand& hand, double x) {
   hand.press_here();
   return hand.go({x, 0.035, 0.04}, 0.05, 4);
 }
@@ -95,7 +47,7 @@ FrameResult take_thread(Seamstress& hand, double x) {
 TEST_CASE("A needle draws its thread through both lips of a wound, and the hand closes it by the end and ties it") {
   const Scene scene = load_scene(kCuts / "sewing.json");
   const Skin skin(scene.body);
-  Seamstress hand(scene);
+  SewingHand hand(scene, kAlongY);
   const double x = -0.01;
   hand.begin_at({x, -0.03, 0.032});
   const FrameResult inside = hand.go({x, 0.0, 0.032}, 0.02);
@@ -153,13 +105,10 @@ TEST_CASE("A needle draws its thread through both lips of a wound, and the hand 
   CHECK(hand.press_here().sutures.drawn_through == std::vector{scene.body.sutures[1].name});
 }
 
-TEST_CASE(
-    "A press while the thread is slack takes the needle again for further bites, until the thread is used up, and a reset takes "
-    "all "
-    "back") {
+TEST_CASE("A press while the thread is slack takes the needle again until the thread is used up, and a reset takes all back") {
   Scene scene = load_scene(kCuts / "sewing.json");
   scene.body.sutures[0].length_m[0] = 0.13;
-  Seamstress hand(scene);
+  SewingHand hand(scene, kAlongY);
   drive_through(hand, -0.01);
   take_thread(hand, -0.01);
   const FrameResult again = hand.press_here();
@@ -182,7 +131,7 @@ TEST_CASE(
   CHECK(reset.state->sutures->threads.size() == scene.body.sutures.size());
 }
 
-TEST_CASE("The tubes of all threads are closed surfaces of short edges, with as many vertices as they have positions") {
+TEST_CASE("The tubes of all threads have short edges, gaps in the middle of spans alone, and as many vertices as positions") {
   for (const char* name : {"wound.json", "stitches.json", "sewing.json"}) {
     CAPTURE(name);
     const Scene scene = load_scene(kCuts / name);
@@ -198,7 +147,6 @@ TEST_CASE("The tubes of all threads are closed surfaces of short edges, with as 
         edges[std::minmax(t[k], t[(k + 1) % 3])] += t[k] < t[(k + 1) % 3] ? 1 : -1;
         longest_m = std::max(longest_m, (at[t[k]] - at[t[(k + 1) % 3]]).norm());
       }
-    // The gaps in the middle of spans are not closed.
     std::size_t open = 0;
     for (const auto& [edge, sum] : edges) open += sum != 0;
     std::size_t gaps = 0;

@@ -9,8 +9,10 @@
 #include "server/record/resume.hpp"
 #include "server/room/room.hpp"
 #include "server/scene/cuts.hpp"
+#include "tests/server/room/sewing_hand.hpp"
 
 using namespace palpate;
+using namespace palpate::test;
 
 namespace {
 
@@ -18,47 +20,7 @@ Scene wound(const char* name = "wound") {
   return load_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "scenes/cuts" / (std::string(name) + ".json"));
 }
 
-constexpr Micros kSewingFrame{50'000};
 constexpr double kBesideM = 0.01;  // from the wound to each bite
-
-/// A hand that goes along a line, in a room.
-class Sewing {
- public:
-  explicit Sewing(const Scene& scene) : scene_(scene), room_(scene) { room_.start(Micros{}); }
-  /// Presses a button in the coming frame.
-  void press() { ++presses_; }
-  /// The hand leaves, and later ones are others.
-  void leave() { ++id_; }
-  /// Runs a frame, and returns it.
-  FrameResult frame(const Vec3& to) {
-    StationJob station;
-    station.id = id_;
-    station.presses = presses_;
-    station.horizon = Micros{100'000};
-    for (Micros t = now_ + Micros{1000}; t <= now_ + kSewingFrame; t += Micros{1000}) {
-      const double part = static_cast<double>((t - now_).count()) / static_cast<double>(kSewingFrame.count());
-      station.samples.push_back({t, at_ + part * (to - at_)});
-    }
-    at_ = to;
-    FrameJob job;
-    job.begin = now_;
-    job.target = now_ += kSewingFrame;
-    job.frame = kSewingFrame;
-    job.stations = {station};
-    job.shapes = job.state = true;
-    return room_.run(job);
-  }
-  void begin_at(const Vec3& at) { at_ = at; }
-  Room& room() { return room_; }
-
- private:
-  Scene scene_;
-  Room room_;
-  Micros now_{};
-  Vec3 at_ = Vec3::Zero();
-  StationId id_ = 1;
-  std::uint32_t presses_ = 0;
-};
 
 Vec3 place_of(const SutureBite& bite, const BodyState& state) {
   Vec3 x = Vec3::Zero();
@@ -81,7 +43,7 @@ double gap_m(const Scene& scene, const BodyState& state) {
 
 TEST_CASE("A hand that pulls the end of a running stitch closes the wound, and feels what the thread bears") {
   const Scene scene = wound();
-  Sewing sewing(scene);
+  SewingHand sewing(scene);
   const Vec3 begin(0.05, 0.03, 0.1), way = Vec3(0.75, 0.25, 0.6).normalized();
   sewing.begin_at(begin);
   FrameResult open;
@@ -125,7 +87,7 @@ double stitch_gap_m(const Scene& scene, const BodyState& state, std::size_t whic
 }
 
 /// Pulls the stitch whose end it takes, ties it, and goes to the next.
-FrameResult sew(Sewing& sewing, const Vec3& begin) {
+FrameResult sew(SewingHand& sewing, const Vec3& begin) {
   const Vec3 way = Vec3(0, 0.6, 0.8);
   FrameResult frame;
   for (int k = 0; k < 10; ++k) frame = sewing.frame(begin);
@@ -145,7 +107,7 @@ Vec3 beside_stitch(std::size_t k) { return {kStitchX[k], 0.04, 0.085}; }
 TEST_CASE(
     "Three stitches that are tied one after another hold the wound without a hand, after a resume, and not once they are cut") {
   const Scene scene = wound("stitches");
-  Sewing sewing(scene);
+  SewingHand sewing(scene);
   sewing.begin_at(beside_stitch(0));
   FrameResult open;
   for (int k = 0; k < 4; ++k) open = sewing.frame(beside_stitch(0));
@@ -181,7 +143,7 @@ TEST_CASE(
     CHECK(threads->threads[k].length_m == held.state->sutures->threads[k].length_m);
     CHECK(threads->threads[k].law.last_tied);
   }
-  Sewing other(scene);
+  SewingHand other(scene);
   other.room().resume(held.state->x, held.state->v, {}, {}, threads);
   other.begin_at(away);
   FrameResult resumed;
@@ -212,7 +174,7 @@ TEST_CASE(
 
 TEST_CASE("A thread that is pulled harder than its tissue bears cuts through it, and comes out") {
   const Scene scene = wound("stitches");
-  Sewing sewing(scene);
+  SewingHand sewing(scene);
   const Vec3 begin = beside_stitch(0), way(0, 0.6, 0.8);
   sewing.begin_at(begin);
   std::uint32_t out = 0;
