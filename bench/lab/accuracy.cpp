@@ -1,7 +1,7 @@
 // palpate-lab accuracy: accuracy of every scheme's force over the round trip, on every scene, and its cost.
 //
-// A cell is the examination (examination.hpp) of one scene through one scheme at one round trip, with the real cores in virtual
-// time.
+// A cell is the examination of one scene, or fast strokes over it (examination.hpp), through one scheme at one round trip, with
+// the real cores in virtual time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -70,7 +70,7 @@ struct AccuracyFlags {
   std::string out, scenes = "scenes";
   std::vector<std::string> only, schemes;
   std::vector<double> rtt_ms;
-  bool quick = false, as_sent = false;
+  bool quick = false, as_sent = false, fast_strokes = false;
   int places = 0;
   CellFlags cells;
 };
@@ -186,7 +186,7 @@ GridPanel panel_of(const std::filesystem::path& out, const std::vector<AccuracyC
   return panel;
 }
 
-void draw(const std::filesystem::path& out, const std::vector<AccuracyCells>& curves) {
+void draw(const std::filesystem::path& out, const std::vector<AccuracyCells>& curves, bool fast_strokes) {
   std::vector<std::string> scenes;
   for (const AccuracyCells& curve : curves) {
     write_curve(out, curve);
@@ -201,7 +201,9 @@ void draw(const std::filesystem::path& out, const std::vector<AccuracyCells>& cu
                               "set arrow from graph 0, first 1 to graph 1, first 1 nohead lc rgb '#888888' dt 2\n"
                               "set arrow from graph 0, first 0.1 to graph 1, first 0.1 nohead lc rgb '#888888' dt 2"));
   }
-  plot_grid(out / "accuracy.svg", "Force error against the round trip: press, stroke, tap, release", 2, panels);
+  plot_grid(out / "accuracy.svg",
+            fmt::format("Force error against the round trip: {}", fast_strokes ? "fast strokes" : "press, stroke, tap, release"),
+            2, panels);
 }
 
 /// Round trip up to which the p95 error stays below `limit` [ms].
@@ -284,9 +286,10 @@ void print_places(const AccuracyCells& cells) {
   }
 }
 
-void report(const AccuracyCells& cells, const std::vector<std::string>& untouched, const std::filesystem::path& out) {
+void report(const AccuracyCells& cells, const std::vector<std::string>& untouched, const std::filesystem::path& out,
+            bool fast_strokes) {
   const std::vector<AccuracyCells> curves = curves_of(cells);
-  if (!curves.empty()) draw(out, curves);
+  if (!curves.empty()) draw(out, curves, fast_strokes);
   print(curves);
   print_places(cells);
   Json summary{{"jnd_share", kForceJnd}, {"curves", Json::array()}};
@@ -304,7 +307,7 @@ int run_accuracy(const AccuracyFlags& flags) {
   CellSweep<AccuracyCell> sweep{accuracy_table(), {}};
   if (!flags.cells.merge) sweep.cells = accuracy_cells(flags);
   sweep.prepare = [&](AccuracyCells& cells, unsigned jobs) {
-    for (const AccuracyCell& cell : cells) add_examination(tasks, flags.scenes, cell.scene);
+    for (const AccuracyCell& cell : cells) add_examination(tasks, flags.scenes, cell.scene, flags.fast_strokes);
     add_references(tasks, jobs);
     untouched = untouched_of(tasks);
     std::erase_if(cells, [&](const AccuracyCell& cell) {
@@ -312,9 +315,9 @@ int run_accuracy(const AccuracyFlags& flags) {
     });
   };
   sweep.measure = [&](AccuracyCell& cell) { measure_accuracy(cell, tasks.at(cell.scene)); };
-  if (const auto cells = run_cells(sweep, flags.cells, out)) report(*cells, untouched, out);
+  if (const auto cells = run_cells(sweep, flags.cells, out)) report(*cells, untouched, out, flags.fast_strokes);
   for (const std::string& scene : untouched)
-    fmt::print(stderr, "palpate-lab: no contact: the examination never meets the body of {}, so it is not scored\n", scene);
+    fmt::print(stderr, "palpate-lab: no contact: the motion never meets the body of {}, so it is not scored\n", scene);
   return untouched.empty() ? 0 : 1;
 }
 
@@ -335,6 +338,7 @@ void add_accuracy(CLI::App& app, Run& run) {
       ->delimiter(',')
       ->check(CLI::Range(0.0, 2000.0));
   c->add_flag("--as-sent", flags->as_sent, "leave out the tremor noise floor");
+  c->add_flag("--fast-strokes", flags->fast_strokes, "stroke at up to 131 mm/s, and leave out the examination");
   c->add_option("--places", flags->places, "number of places drawn on the surface of each scene; 0: its top")
       ->type_name("N")
       ->check(CLI::Range(0, 64));

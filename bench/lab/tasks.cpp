@@ -27,12 +27,13 @@ std::vector<std::string> scenes_in(const std::filesystem::path& folder, const st
 
 std::string at_place(const std::string& scene, int place) { return place == 0 ? scene : fmt::format("{}@{}", scene, place); }
 
-void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& name) {
+void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& name, bool fast) {
   if (tasks.contains(name)) return;
   const auto at = name.rfind('@');
   const int place = at == std::string::npos ? 0 : std::stoi(name.substr(at + 1));
   Scene body = open_scene((scenes / (name.substr(0, at) + ".json")).string());
-  Motion motion = place == 0 ? examination(body) : examination(body, drawn_places(body, place).back());
+  const ExaminedPlace examined = place == 0 ? top_of(body) : drawn_places(body, place).back();
+  Motion motion = fast ? fast_strokes(body, examined) : examination(body, examined);
   tasks.emplace(name, SweepTask{std::move(body), std::move(motion), {}});
 }
 

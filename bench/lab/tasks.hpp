@@ -25,8 +25,9 @@ using SweepTasks = std::map<std::string, SweepTask>;
 std::vector<std::string> scenes_in(const std::filesystem::path& folder, const std::vector<std::string>& only);
 /// Formats a place: "scene@k" is the k-th place (from 1) drawn on a scene of this name, "scene" its top (examination.hpp).
 std::string at_place(const std::string& scene, int place);
-/// Adds the examination of a scene of the folder, at its top or at a place, under the name above, unless it exists already.
-void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& name);
+/// Adds the examination of a scene of the folder, or fast strokes over it, at its top or at a place, under the name above, unless
+/// it exists already.
+void add_examination(SweepTasks& tasks, const std::filesystem::path& scenes, const std::string& name, bool fast_strokes);
 /// Computes the references, `jobs` at a time.
 void add_references(SweepTasks& tasks, unsigned jobs);
 

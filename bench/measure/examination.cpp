@@ -44,6 +44,25 @@ Offset offset(double t) {
   return {kDeepM * (t < kLetGoS ? minimum_jerk(t / kInS) : swing_back(t - kLetGoS))};
 }
 
+/// Of fast strokes: where they get to, and by when after the one before.
+struct Leg {
+  Offset to;
+  double within_s = 0;
+};
+
+std::vector<Leg> legs_of_strokes() {
+  constexpr double kHalfM = 0.022, kAcrossS = 0.63, kToMiddleS = 0.35, kDownS = 0.5;
+  constexpr int kStrokes = 3;
+  std::vector<Leg> legs{{{kLightM, 0}, kDownS}, {{kLightM, kHalfM}, kToMiddleS}};
+  for (int k = 0; k < kStrokes; ++k) {
+    legs.push_back({{kLightM, -kHalfM}, kAcrossS});
+    legs.push_back({{kLightM, kHalfM}, kAcrossS});
+  }
+  legs.push_back({{kLightM, 0}, kToMiddleS});
+  legs.push_back({{}, kDownS});
+  return legs;
+}
+
 /// Distances along a ray to the surface of the body at rest, ascending.
 std::vector<double> hits(const LumpedBody& body, const Vec3& from, const Vec3& along) {
   std::vector<double> distances;
@@ -140,15 +159,38 @@ std::vector<ExaminedPlace> drawn_places(const Scene& scene, int count) {
   return places;
 }
 
-Motion examination(const Scene& scene, const ExaminedPlace& place) {
+namespace {
+
+Vec3 tool_at(const Scene& scene, const ExaminedPlace& place, const Offset& offset) {
   const double deeper = scene.tool.contact == ContactKind::touch ? (place.scale * kDeepM + kGapM) / kDeepM : 1.0;
+  return place.start + deeper * offset.depth_m * place.into + place.scale * offset.aside_m * place.aside;
+}
+
+}  // namespace
+
+Motion examination(const Scene& scene, const ExaminedPlace& place) {
   std::vector<MotionPoint> points;
   const int ticks = static_cast<int>(std::lround(1e3 * (kPressS + kStrokeS + kTapS + kReleaseS)));
-  for (int ms = 0; ms <= ticks; ++ms) {
-    const Offset at = offset(ms * 1e-3);
-    points.push_back({ms * 1e-3, place.start + deeper * at.depth_m * place.into + place.scale * at.aside_m * place.aside});
-  }
+  for (int ms = 0; ms <= ticks; ++ms) points.push_back({ms * 1e-3, tool_at(scene, place, offset(ms * 1e-3))});
   return Motion(std::move(points), "examination");
+}
+
+Motion fast_strokes(const Scene& scene, const ExaminedPlace& place) {
+  std::vector<MotionPoint> points{{0, place.start}};
+  Offset from;
+  double begin_s = 0;
+  for (const Leg& leg : legs_of_strokes()) {
+    const auto ticks = static_cast<int>(std::lround(1e3 * leg.within_s));
+    for (int ms = 1; ms <= ticks; ++ms) {
+      const double part = minimum_jerk(static_cast<double>(ms) / ticks);
+      points.push_back({begin_s + ms * 1e-3,
+                        tool_at(scene, place,
+                                {std::lerp(from.depth_m, leg.to.depth_m, part), std::lerp(from.aside_m, leg.to.aside_m, part)})});
+    }
+    from = leg.to;
+    begin_s += leg.within_s;
+  }
+  return Motion(std::move(points), "fast strokes");
 }
 
 }  // namespace palpate

@@ -6,6 +6,12 @@
 //     release  10 mm in within 0.3 s, and then the grip opens: the tool swings back at 5 Hz, 20 % damped
 // A touching tool begins kGapM above the surface and goes equally deep.
 //
+// Fast strokes, in which the tool leaves the place of a patch within a round trip, are a motion of their own:
+//
+//     fast strokes   6 mm in within 0.5 s, 22 mm aside within 0.35 s, three times 44 mm across and back within 0.63 s each
+//     (minimum
+//                    jerk, 131 mm/s at most), to the middle within 0.35 s, and up again
+//
 // An examination takes place at the top of the body, on the surface below home_of() (start_of()), or at a drawn place. Places are
 // drawn evenly over the area of the surface where no node within the tip's radius is fixed and a hand can reach the surface along
 // its normal, through kFreeWayM of free space. There it moves along the inward normal and strokes along the tangent nearest to x.
@@ -39,6 +45,7 @@ ExaminedPlace top_of(const Scene& scene);
 std::vector<ExaminedPlace> drawn_places(const Scene& scene, int count);
 
 Motion examination(const Scene& scene, const ExaminedPlace& place);
+Motion fast_strokes(const Scene& scene, const ExaminedPlace& place);
 inline Motion examination(const Scene& scene) { return examination(scene, top_of(scene)); }
 
 }  // namespace palpate

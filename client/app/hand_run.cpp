@@ -259,7 +259,7 @@ class Run {
     say(options_.motion ? fmt::format("motion of {:g} s starts", options_.motion->duration_s())
         : options_.held ? "the device renders the force of the body from now on"
                         : "the hand holds still");
-    bool linked = true, slow = false, moving = options_.motion.has_value();
+    bool linked = true, slow = false, refuses = false, moving = options_.motion.has_value();
     wait([&] {
       say_refusals();
       const bool now_linked = felt().status().link == LinkState::joined;
@@ -273,6 +273,9 @@ class Run {
                                    status.welcome.rate_hz, seconds(status.pace.behind) * 1e3)
                      : "the server keeps up again");
       slow = now_slow;
+      if (status.patches_refused > 0 && !std::exchange(refuses, true))
+        say("warning: patches of the server have numbers out of their ranges: they are refused, and the force is that of earlier "
+            "ones");
       if (status.tool_released != released_said_) say(release_text(status.tool_released, status.welcome.contact));
       released_said_ = status.tool_released;
       say_scheme(status.in_use);

@@ -42,7 +42,6 @@ double loss_percent(const SeqCounts& counts) {
 Json link_json(const ClientCore& core) {
   const RttStats& rtt = core.clock().rtt();
   const ClientCounts& counts = core.counts();
-  const std::uint64_t refused = counts.dropped[static_cast<std::size_t>(WireFault::patch_refused)];
   std::uint64_t dropped = 0;
   for (const auto count : counts.dropped) dropped += count;
   return {{"rtt_ms", milliseconds(rtt.mean)},
@@ -57,7 +56,7 @@ Json link_json(const ClientCore& core) {
           {"datagrams_dropped", dropped},
           {"datagrams_unproven", counts.unproven},
           {"patches_received", counts.patches},
-          {"patches_refused", refused},
+          {"patches_refused", core.patches_refused()},
           {"patches_accepted", core.intake_counts().accepted},
           {"patches_jumped", core.intake_counts().jumped},
           {"patches_with_terms", core.intake_counts().with_terms},
@@ -299,6 +298,8 @@ std::string describe(const RunReport& run) {
     fmt::format_to(
         out, "stiffness {} patches were stiffer than the device can render, and shown with {:.2f} of their force at the least\n",
         felt.haptic.softened, felt.haptic.softened_most);
+  if (const std::uint64_t refused = core.patches_refused(); refused > 0)
+    fmt::format_to(out, "refused   {} patches of the server whose numbers are out of their ranges\n", refused);
   if (core.counts().unproven + core.intake_counts().jumped > 0)
     fmt::format_to(out, "refused   {} datagrams in the server's name without an echo of ours, {} patches that jumped ahead\n",
                    core.counts().unproven, core.intake_counts().jumped);

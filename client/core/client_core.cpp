@@ -72,7 +72,8 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
   Message message;
   const bool known = clock().locked();
   const Micros offset = clock().offset();
-  switch (receive(bytes, message, now)) {
+  const Event event = receive(bytes, message, now);
+  switch (event) {
     case Event::none:
     case Event::denied:
       return;
@@ -83,12 +84,14 @@ void ClientCore::take(std::span<const std::byte> bytes, Micros now) {
       return begin(message, now);
     case Event::ended:
       return stop_force();
+    case Event::unusable:
     case Event::message:
       break;
   }
   hear(now);
   seq_in_.take(message.seq);
   loss_in_.take(message.seq);
+  if (event == Event::unusable) return;  // the link has not lost it
   // Where the server's clock steps ahead of ours, ours may have stood still.
   const Micros step = clock().offset() - offset;
   if (known && step > ClockSync::kStepLeast) intake_.stood_still(step);

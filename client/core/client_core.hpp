@@ -89,6 +89,8 @@ class ClientCore : public ClientSession {
   LinkReport link_report() const;
   /// Returns the server's newest report about the datagrams that it receives.
   const LinkReport& server_report() const { return server_report_; }
+  /// Patches that check() refused.
+  std::uint64_t patches_refused() const { return counts().dropped[static_cast<std::size_t>(WireFault::patch_refused)]; }
   const SeqCounts& loss() const { return seq_in_.counts(); }  ///< losses of the datagrams from the server
   ClientCounts counts() const { return {ClientSession::counts(), counts_}; }
   const IntakeCounts& intake_counts() const { return intake_.counts(); }

@@ -38,7 +38,8 @@ ClientSession::Event ClientSession::receive(std::span<const std::byte> bytes, Me
   if (left_) return Event::none;
   if (const auto fault = decode(bytes, message); fault != WireFault::none) {
     note_fault(fault);
-    return Event::none;
+    const bool came = fault == WireFault::patch_refused && is_ours(message) && sent_.has(message.clock.echo);
+    return came ? Event::unusable : Event::none;
   }
   const auto* const welcome = std::get_if<Welcome>(&message.body);
   const auto* const refusal = std::get_if<Refuse>(&message.body);

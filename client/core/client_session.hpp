@@ -71,12 +71,13 @@ class ClientSession {
 
  protected:
   enum class Event : std::uint8_t {
-    none,     ///< nothing to handle
-    joined,   ///< a new session began
-    resumed,  ///< the previous session continues after a silence
-    ended,    ///< the server ended the session or fell silent: the client is joining again
-    message,  ///< a datagram of the session
-    denied    ///< `message` is the refusal of a request of this session, which continues
+    none,      ///< nothing to handle
+    joined,    ///< a new session began
+    resumed,   ///< the previous session continues after a silence
+    ended,     ///< the server ended the session or fell silent: the client is joining again
+    message,   ///< a datagram of the session
+    unusable,  ///< one whose patch check() refuses; `message` has its head
+    denied     ///< `message` is the refusal of a request of this session, which continues
   };
 
   ClientSession(Hello hello, Micros now);

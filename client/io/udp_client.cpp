@@ -159,19 +159,13 @@ void UdpClient::send(std::span<const std::byte> datagram) {
 }
 
 void UdpClient::note() {
-  ClientStatus status{core_.link(),
-                      core_.welcome(),
-                      core_.refusal(),
-                      core_.refuse_reason(),
-                      core_.clock().locked(),
-                      core_.clock().rtt(),
-                      core_.counts().joins,
-                      core_.server_pace(),
-                      core_.in_use(),
-                      core_.guidance(monotonic_now()),
-                      core_.tool_released(),
-                      nobody_listens_,
-                      {}};
+  ClientStatus status{core_.link(),           core_.welcome(),
+                      core_.refusal(),        core_.refuse_reason(),
+                      core_.clock().locked(), core_.clock().rtt(),
+                      core_.counts().joins,   core_.server_pace(),
+                      core_.in_use(),         core_.guidance(monotonic_now()),
+                      core_.tool_released(),  core_.patches_refused(),
+                      nobody_listens_,        {}};
   LinkState before;
   bool changed;
   {

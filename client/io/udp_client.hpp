@@ -42,9 +42,10 @@ struct ClientStatus {
   ServerPace pace;
   SchemeInUse in_use;
   GuidanceStatus guidance;
-  bool tool_released = false;   ///< ClientCore::tool_released()
-  bool nobody_listens = false;  ///< the server's machine reports that nothing listens at its port, and nothing came since
-  std::string fault;            ///< error that ended the network thread; empty while it runs
+  bool tool_released = false;         ///< ClientCore::tool_released()
+  std::uint64_t patches_refused = 0;  ///< ClientCore::patches_refused()
+  bool nobody_listens = false;        ///< the server's machine reports that nothing listens at its port, and nothing came since
+  std::string fault;                  ///< error that ended the network thread; empty while it runs
 };
 
 class UdpClient {

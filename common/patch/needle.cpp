@@ -13,24 +13,6 @@ double hat_integral(double x) noexcept {
   return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
 }
 
-struct ShaftShare {
-  double length_m = 0, friction_n = 0;  ///< sums of m_j and of F_s m_j
-};
-
-ShaftShare shaft_share(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept {
-  const double spacing = layers.spacing_m();
-  const std::span<const NeedleLayer> all = layers.all();
-  ShaftShare share;
-  for (std::size_t k = 0; k < all.size() && all[k].begins_m < tip.depth_m; ++k) {
-    if (all[k].is_outside()) continue;
-    const double end = k + 1 < all.size() ? std::min(tip.depth_m, all[k + 1].begins_m) : tip.depth_m;
-    const double length_m = spacing * (hat_integral(end / spacing - j) - hat_integral(all[k].begins_m / spacing - j));
-    share.length_m += length_m;
-    share.friction_n += all[k].friction_n_m * length_m;
-  }
-  return share;
-}
-
 }  // namespace
 
 PathClosure close_on_path(const Vec3& gap, const Mat3& compliance, const Vec3& t, const PathContact& contact) noexcept {
@@ -74,15 +56,24 @@ void move_tip(const NeedleLayers& layers, NeedleTip& tip, double slip_m) noexcep
     return;
   }
   tip.depth_m = std::min(tip.depth_m + slip_m, tip.front_m);
-  tip.inside = slip_m >= 0 || tip.depth_m > 0;
+  if (slip_m < 0 && tip.depth_m <= 0) tip = {};
 }
 
-double shaft_share_m(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept {
-  return shaft_share(layers, tip, j).length_m;
+ShaftShare shaft_share(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept {
+  const double spacing = layers.spacing_m();
+  const std::span<const NeedleLayer> all = layers.all();
+  ShaftShare share;
+  for (std::size_t k = 0; k < all.size() && all[k].begins_m < tip.depth_m; ++k) {
+    if (all[k].is_outside()) continue;
+    const double end = k + 1 < all.size() ? std::min(tip.depth_m, all[k + 1].begins_m) : tip.depth_m;
+    const double length_m = spacing * (hat_integral(end / spacing - j) - hat_integral(all[k].begins_m / spacing - j));
+    share.length_m += length_m;
+    share.friction_n += all[k].friction_n_m * length_m;
+  }
+  return share;
 }
 
-PathContact shaft_contact(const NeedleLayers& layers, const NeedleTip& tip, int j, double contact_stiffness_n_m) noexcept {
-  const ShaftShare share = shaft_share(layers, tip, j);
+PathContact shaft_contact(const NeedleLayers& layers, const ShaftShare& share, double contact_stiffness_n_m) noexcept {
   const double most = share.friction_n;
   return {contact_stiffness_n_m * share.length_m / layers.spacing_m(), most / kNeedleStickM, -most, most};
 }

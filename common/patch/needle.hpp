@@ -80,13 +80,16 @@ PathClosure close_on_path(const Vec3& gap, const Mat3& compliance, const Vec3& t
 /// Returns the contact of the tip.
 PathContact tip_contact(const NeedleLayers& layers, const NeedleTip& tip, double contact_stiffness_n_m) noexcept;
 /// Moves the tip by a slip of its contact, in lengths at rest: into its own cut, into the front, out of it; at a closed layer a
-/// slip opens the layer and the tip stays. Out of the body it is no longer inside.
+/// slip opens the layer and the tip stays. Out of the body nothing of its path remains.
 void move_tip(const NeedleLayers& layers, NeedleTip& tip, double slip_m) noexcept;
 
-/// Returns m_j of all layers of the body.
-double shaft_share_m(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept;
-/// Returns the contact of the shaft at x_j; m_j > 0.
-PathContact shaft_contact(const NeedleLayers& layers, const NeedleTip& tip, int j, double contact_stiffness_n_m) noexcept;
+/// Share of the shaft in the body that x_j stands for: its length, m_j of all layers, and its friction, sum F_s m_j.
+struct ShaftShare {
+  double length_m = 0, friction_n = 0;
+};
+ShaftShare shaft_share(const NeedleLayers& layers, const NeedleTip& tip, int j) noexcept;
+/// Returns the contact of a share of the shaft with a length.
+PathContact shaft_contact(const NeedleLayers& layers, const ShaftShare& share, double contact_stiffness_n_m) noexcept;
 
 /// Returns j and the share of the way from l_j to l_(j+1), j + 1 < kNeedlePoints; beyond the last point more than 1.
 struct PathPlace {

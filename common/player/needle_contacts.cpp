@@ -25,7 +25,7 @@ NeedleContacts::NeedleContacts(const Patch& patch, const StateInput& psi0)
   const Vec3 axis = tool.turn * Vec3::UnitZ();
   for (int j = 0; j < kNeedlePoints; ++j) {
     const auto at = static_cast<std::size_t>(j);
-    shaft_[at].bonded = shaft_share_m(needle_.layers, needle_.tip, j) > 0;
+    shaft_[at].bonded = shaft_share(needle_.layers, needle_.tip, j).length_m > 0;
     const Mat3 compliance = shaft_[at].push.compliance;
     shaft_[at].push.compliance.setZero();
     close_shaft(j, none, tool, axis);
@@ -113,8 +113,8 @@ void NeedleContacts::close(StateVector& z, const ToolPose& tip) noexcept {
 void NeedleContacts::close_shaft(int j, const ModeVector& q, const ToolPose& tool, const Vec3& axis) noexcept {
   ShaftContact& contact = shaft_[static_cast<std::size_t>(j)];
   contact.push.lambda.setZero();
-  const double share_m = shaft_share_m(needle_.layers, needle_.tip, j);
-  const bool reached = share_m > 0;
+  const ShaftShare share = shaft_share(needle_.layers, needle_.tip, j);
+  const bool reached = share.length_m > 0;
   PatchNeedle::Point& point = needle_.points[static_cast<std::size_t>(j)];
   Vec3 gap = tool.position - point.position;
   gap.noalias() -= point.rows * q;
@@ -123,7 +123,7 @@ void NeedleContacts::close_shaft(int j, const ModeVector& q, const ToolPose& too
   if (!reached) return;
   gap += point.bond_m * axis;
   const PathClosure closure =
-      close_on_path(gap, contact.push.compliance, axis, shaft_contact(needle_.layers, needle_.tip, j, contact_stiffness_n_m_));
+      close_on_path(gap, contact.push.compliance, axis, shaft_contact(needle_.layers, share, contact_stiffness_n_m_));
   contact.push.lambda = closure.lambda;
   contact.arm = point.bond_m * axis;
   point.bond_m -= closure.slip_m;

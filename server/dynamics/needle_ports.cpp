@@ -82,12 +82,12 @@ PathContact path_contact(const ToolPort& port) {
   const NeedleLayers& layers = needle.path->layers;
   const double stiffness_n_m = port.parameters.contact_stiffness_n_m;
   if (needle.part == NeedlePart::tip) return tip_contact(layers, needle.tip, stiffness_n_m);
-  return shaft_contact(layers, needle.tip, needle.point, stiffness_n_m);
+  return shaft_contact(layers, shaft_share(layers, needle.tip, needle.point), stiffness_n_m);
 }
 
 void leave_body(std::vector<ToolPort>& ports, std::size_t k) {
   if (ports[k].needle.part == NeedlePart::shaft) k -= static_cast<std::size_t>(ports[k].needle.point) + 1;
-  ports[k].needle.tip.inside = false;
+  ports[k].needle.tip = {};
   ports[k].clearance = {};
   part_from_body(ports[k]);
   for (ToolPort& part : shaft_of(ports, k)) part_from_body(part);
@@ -117,7 +117,7 @@ bool follow_needles(const std::vector<Vec3>& tool_points, const Vector& x, std::
       part.needle.tip = tip.tip;
       if (!tip.tip.inside) continue;
       part.needle.path = tip.path;
-      const bool reached = shaft_share_m(tip.path->layers, tip.tip, part.needle.point) > 0;
+      const bool reached = shaft_share(tip.path->layers, tip.tip, part.needle.point).length_m > 0;
       if (reached && !part.touching) part.needle.bond_m = tip.axis.dot(shaft_point(part).position(x) - tool_points[k]);
       if (!reached) part_from_body(part);
       part.touching = reached;

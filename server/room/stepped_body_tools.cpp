@@ -82,13 +82,15 @@ std::optional<ThreadOnNeedle> SteppedBody::thread_on_needle() const {
   return ThreadOnNeedle{*which, at.position + scene_.tool.needle->length_m * at.axis};
 }
 
-/// Draws the thread of a needle through whose tip has come out of the body; the hand then takes its end. Returns false otherwise.
+/// Draws the thread of a needle through whose tip has come out of the body; the hand then takes its end. Returns false otherwise,
+/// and where another hand has drawn it through and waits for its needle's force to fade.
 bool SteppedBody::draw_through(StationId id) {
   const auto on_needle = thread_on_needle();
   const auto tip = std::ranges::find_if(ports_, [&](const ToolPort& port) {
     return port.tool == id && port.needle.part == NeedlePart::tip && port.needle.tip.inside;
   });
-  if (!on_needle || tip == ports_.end()) return false;
+  const bool drawn_already = std::ranges::any_of(tools_, [](const auto& of) { return of.second.pulls; });
+  if (!on_needle || drawn_already || tip == ports_.end()) return false;
   if (!dynamics_->sutures().draw_through(body_, on_needle->which, *tip->needle.path, tip->needle.tip.depth_m)) return false;
   suture_news_.drawn_through.push_back(scene_.body.sutures[body_.sutures->threads[on_needle->which].suture].name);
   release_tool(id, ReleaseFade::kFadeTime);

@@ -359,6 +359,27 @@ TEST_CASE("what is not from our server is dropped and counted") {
   CHECK(hand.link() == LinkState::joined);
 }
 
+TEST_CASE("a patch that the check refuses is counted, and is no loss of the link") {
+  SmallWorld world;
+  auto& hand = world.add(1, "hand");
+  world.run(500ms);
+  const auto t = world.clock(1);
+  const Message newest = world.newest(1);
+  Patch stiff = FakeRoom::patch(t);
+  stiff.force.x() = 1e9;
+  REQUIRE(check(stiff) != PatchFault::none);
+  const auto before = hand.loss();
+  std::array<std::byte, kMaxDatagramBytes> bytes{};
+  std::uint32_t seq = newest.seq;
+  for (int k = 0; k < 10; ++k) {
+    const ClockStamps echoing{world.now, world.places[1].sent, {}};
+    hand.take(std::span(bytes).first(encode({newest.instance, newest.station, ++seq, echoing, PatchMessage{stiff}}, bytes)), t);
+  }
+  CHECK(hand.counts().dropped[static_cast<std::size_t>(WireFault::patch_refused)] == 10);
+  CHECK(hand.loss().lost == before.lost);
+  CHECK(hand.loss().received == before.received + 10);
+}
+
 TEST_CASE("a tool that is nowhere is neither sent nor played") {
   SmallWorld world;
   auto& hand = world.add(1, "hand");

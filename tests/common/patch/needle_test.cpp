@@ -46,12 +46,13 @@ struct FixedBody {
     }
     for (int j = 0; j < kNeedlePoints; ++j) {
       const auto at = static_cast<std::size_t>(j);
-      const double share_m = shaft_share_m(layers, tip, j), place_m = j * layers.spacing_m();
+      const double share_m = shaft_share(layers, tip, j).length_m, place_m = j * layers.spacing_m();
       if (share_m > 0 && !reached[at]) bond[at] = axis.dot(Vec3((place_m - way_m) * t));
       reached[at] = share_m > 0;
       if (!reached[at]) continue;
       const Vec3 gap = (way_m - place_m) * t + bond[at] * axis;
-      const PathClosure closure = close_on_path(gap, Mat3::Zero(), axis, shaft_contact(layers, tip, j, kStiffnessNM));
+      const PathClosure closure =
+          close_on_path(gap, Mat3::Zero(), axis, shaft_contact(layers, shaft_share(layers, tip, j), kStiffnessNM));
       bond[at] -= closure.slip_m;
       drag_n += closure.lambda.dot(t);
     }
@@ -63,7 +64,7 @@ TEST_CASE("The lengths of shaft that the points of a path stand for are together
   for (const double depth_m : {0.0, 0.001, 0.0173, 0.04}) {
     double sum_m = 0;
     for (int j = 0; j < kNeedlePoints; ++j) {
-      const double share_m = shaft_share_m(layers, {true, depth_m, depth_m, 0}, j);
+      const double share_m = shaft_share(layers, {true, depth_m, depth_m, 0}, j).length_m;
       CHECK(share_m >= 0);
       sum_m += share_m;
     }
@@ -88,8 +89,8 @@ TEST_CASE(
     CAPTURE(way_m, depth_m);
     double held_m = 0, friction_n = 0;
     for (int j = 0; j < kNeedlePoints; ++j) {
-      held_m += shaft_share_m(layers, body.tip, j);
-      friction_n += shaft_contact(layers, body.tip, j, kStiffnessNM).most_n;
+      held_m += shaft_share(layers, body.tip, j).length_m;
+      friction_n += shaft_share(layers, body.tip, j).friction_n;
     }
     CHECK(held_m == Approx(first_m + second_m).margin(1e-15));
     CHECK(friction_n == Approx(kFrictionNM * first_m + 2 * kFrictionNM * second_m).margin(1e-15));
@@ -175,7 +176,7 @@ TEST_CASE("What a hand does to a needle, less what its springs hold, only grows,
     const auto stored_j = [&] {
       double sum = 0.5 * body.push_n * body.push_n / kStiffnessNM;
       for (int j = 0; j < kNeedlePoints; ++j) {
-        const double share_m = shaft_share_m(body.layers, body.tip, j);
+        const double share_m = shaft_share(body.layers, body.tip, j).length_m;
         const double most_n = kFrictionNM * share_m;
         if (!(most_n > 0)) continue;
         const double stretch_m = way_m - j * body.layers.spacing_m() - body.bond[static_cast<std::size_t>(j)];

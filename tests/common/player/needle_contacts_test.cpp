@@ -75,7 +75,7 @@ TEST_CASE("A needle that is tilted in a floor that does not yield has the torque
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
   const Vec3 axis = tilted * Vec3::UnitZ();
   for (int j = 0; j < kNeedlePoints; ++j) {
-    const double share_m = shaft_share_m(p.needle.layers, player.needle_tip(), j);
+    const double share_m = shaft_share(p.needle.layers, player.needle_tip(), j).length_m;
     if (!(share_m > 0)) continue;
     const Vec3 from_tip = p.needle.points[static_cast<std::size_t>(j)].position - tip;
     const Vec3 across = axis * axis.dot(from_tip) - from_tip;
@@ -155,7 +155,7 @@ TEST_CASE("A needle that is in the body at the stamp goes on with the forces tha
   const double depth_m = rigid.needle_tip().depth_m;
   for (int j = 0; j < kNeedlePoints; ++j) {
     PatchNeedle::Point& point = inside.needle.points[static_cast<std::size_t>(j)];
-    const double share_m = shaft_share_m(inside.needle.layers, inside.needle.tip, j);
+    const double share_m = shaft_share(inside.needle.layers, inside.needle.tip, j).length_m;
     // A shaft that slides bears its friction: the spring along it is stretched by kNeedleStickM.
     point.bond_m = point.position.z() - inside.tool.z() -
                    (share_m > 0 && j * inside.needle.layers.spacing_m() < depth_m ? kNeedleStickM : 0);

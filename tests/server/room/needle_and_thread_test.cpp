@@ -1,5 +1,7 @@
 // A needle that draws its thread through both lips of a wound, in a room: bites, the hand's force, knots, further bites.
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <numbers>
@@ -154,4 +156,48 @@ TEST_CASE("The tubes of all threads have short edges, gaps in the middle of span
     CHECK(open == 8 * gaps);
     CHECK(longest_m < 0.03);
   }
+}
+
+TEST_CASE(
+    "Of two hands whose needles have come out, one alone draws a thread through, also while the force of its needle fades") {
+  const Scene scene = load_scene(kCuts / "sewing.json");
+  Room room(scene);
+  room.start(Micros{});
+  const Orientation turn{kAlongY};
+  constexpr Micros kFrame{50'000};
+  Micros now{};
+  double y_m = -0.03;
+  std::array<std::uint32_t, 2> presses{};
+  const auto frame = [&](double to_m) {
+    FrameJob job;
+    job.begin = now;
+    job.frame = kFrame;
+    job.target = now + kFrame;
+    for (std::size_t k = 0; k < 2; ++k) {
+      StationJob station;
+      station.id = static_cast<StationId>(k + 1);
+      station.presses = presses[k];
+      station.horizon = Micros{100'000};
+      for (Micros t = now + kTick; t <= job.target; t += kTick) {
+        const double part = static_cast<double>((t - now).count()) / static_cast<double>(kFrame.count());
+        station.samples.push_back({t, {k == 0 ? -0.01 : 0.01, std::lerp(y_m, to_m, part), 0.032}, turn});
+      }
+      job.stations.push_back(station);
+    }
+    job.state = true;
+    y_m = to_m;
+    now = job.target;
+    return room.run(job);
+  };
+  while (y_m < 0.024) frame(y_m + 0.001);
+  ++presses[0];
+  REQUIRE(frame(y_m).sutures.drawn_through.size() == 1);
+  ++presses[1];
+  const FrameResult second = frame(y_m);
+  CHECK(second.sutures.drawn_through.empty());
+  CHECK(thread_of(second, 0).law.bites == 2);
+  for (int k = 0; k < 8; ++k) frame(y_m);
+  const FrameResult held = frame(y_m);
+  CHECK(held.stations[0].contact);
+  CHECK(thread_of(held, 0).law.bites == 2);
 }

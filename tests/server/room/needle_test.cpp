@@ -1,4 +1,5 @@
 // A needle in a room: what the player makes of patches before, while and after it enters the body.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -24,10 +25,11 @@ struct NeedledRoom {
   Room room{tissue_block()};
   Micros now{7'000'000}, begin = now;
   NeedledRoom() { room.start(now); }
-  /// In at 20 mm/s from 2 mm above, out again after 1.3 s, a little inclined and aside.
+  /// In at 20 mm/s from 2 mm above, out again after 1.3 s, a little inclined and aside; after 3 s again, 12 mm aside.
   ToolPose pose(Micros t) const {
-    const double s = seconds(t - begin), in = s < 1.3 ? s : 2.6 - s;
-    return {Vec3(0.031 + 0.001 * std::sin(4 * s), 0.029, kTopM + 0.002 - 0.02 * in),
+    const double s = seconds(t - begin), u = std::fmod(s, 3), in = u < 1.3 ? u : std::max(2.6 - u, 0.0);
+    const double aside_m = 0.012 * (std::floor(s / 3) + std::clamp((u - 2.7) / 0.2, 0.0, 1.0));
+    return {Vec3(0.031 + aside_m + 0.001 * std::sin(4 * s), 0.029, kTopM + 0.002 - 0.02 * in),
             Rotation(Eigen::AngleAxisd(0.05 * std::sin(3 * s), Vec3::UnitY()))};
   }
   StationFrame frame(Scheme scheme) {
@@ -78,6 +80,28 @@ TEST_CASE("The patches of a needle have its path, and a player with them enters 
   REQUIRE(peak_n > 0.4);
   CHECK(error_n < 0.1 * peak_n);
   CHECK(fronts_m < 2.5e-4);
+}
+
+TEST_CASE("A needle that came out may enter elsewhere: clients take every patch, and feel its press before it enters") {
+  NeedledRoom needled;
+  int after = 0, again = 0;
+  bool was_inside = false, came_out = false;
+  double pressed_n = 0;
+  for (int k = 0; k < 90; ++k) {
+    const StationFrame frame = needled.frame(Scheme::port);
+    if (!frame.patch) continue;
+    CHECK(check(*frame.patch) == PatchFault::none);
+    const bool inside = frame.patch->needle.tip.inside;
+    came_out |= was_inside && !inside;
+    was_inside = inside;
+    if (!came_out) continue;
+    ++after;
+    again += inside;
+    if (!inside && again == 0) pressed_n = std::max(pressed_n, PatchPlayer(*frame.patch, frame.terms).output().force.norm());
+  }
+  CHECK(after > 15);
+  CHECK(again > 10);
+  CHECK(pressed_n > 0.1);
 }
 
 TEST_CASE("A room that is reset takes a needle out of the body, which may enter again from outside alone") {
