@@ -44,7 +44,7 @@ Offset offset(double t) {
   return {kDeepM * (t < kLetGoS ? minimum_jerk(t / kInS) : swing_back(t - kLetGoS))};
 }
 
-/// Of fast strokes: where they get to, and by when after the one before.
+/// A straight part of the fast strokes: its end, and its duration.
 struct Leg {
   Offset to;
   double within_s = 0;

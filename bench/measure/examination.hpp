@@ -8,9 +8,8 @@
 //
 // Fast strokes, in which the tool leaves the place of a patch within a round trip, are a motion of their own:
 //
-//     fast strokes   6 mm in within 0.5 s, 22 mm aside within 0.35 s, three times 44 mm across and back within 0.63 s each
-//     (minimum
-//                    jerk, 131 mm/s at most), to the middle within 0.35 s, and up again
+//     fast strokes   6 mm in within 0.5 s, 22 mm aside within 0.35 s, three times 44 mm across and back within 0.63 s each,
+//                    131 mm/s at most, to the middle within 0.35 s, and up again; each way of minimum jerk
 //
 // An examination takes place at the top of the body, on the surface below home_of() (start_of()), or at a drawn place. Places are
 // drawn evenly over the area of the surface where no node within the tip's radius is fixed and a hand can reach the surface along
